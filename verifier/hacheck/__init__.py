@@ -1,0 +1,1 @@
+"""hacheck: the independent checker of haverify reports; standard library only."""

@@ -1,0 +1,1 @@
+"""haverify: formal verification of hybrid systems, with certificates anybody can re-check."""

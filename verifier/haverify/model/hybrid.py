@@ -1,0 +1,159 @@
+"""Hybrid automata as exact data: H = (Q, X, f, Init, D, E, G, R), desugared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from haverify.model.expression import Expr
+from haverify.text.span import Span
+
+if TYPE_CHECKING:
+    from haverify.model.unit import Unit
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The closed interval between two expressions, in the unit of what it bounds."""
+
+    low: Expr
+    high: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """One exact value, or a set (`Range`). `half` is half a unit of the last printed digit for coefficients under `digits n`."""
+
+    name: str
+    type: str  # "real", "bool" or an enumeration
+    unit: Unit | None
+    value: Expr | Range
+    half: Fraction | None = None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """One unknown value of `range` per run; `default` serves simulation and plots only."""
+
+    name: str
+    unit: Unit | None
+    range: Range
+    default: Expr | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A value chosen by an adversary at every instant; without `range` a port to be bound."""
+
+    name: str
+    type: str
+    unit: Unit | None
+    range: Range | None
+    rate: Range | None
+    every: Expr | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state variable; `type` is `real`, `bool` or an enumeration; `range` the declared window of the analysis."""
+
+    name: str
+    type: str
+    unit: Unit | None
+    range: Range | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """A `let`: a quantity computed from the state."""
+
+    name: str
+    type: str
+    unit: Unit | None
+    expr: Expr
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`var := to`, or any value of `to` where it is a `Range`."""
+
+    var: str
+    to: Expr | Range
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FlowLine:
+    """`var' = rate`, or an inclusion where `rate` is a `Range`."""
+
+    var: str
+    rate: Expr | Range
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Init:
+    """Start states of `mode` (None: of every mode whose domain holds) that satisfy `where` after the assignments."""
+
+    mode: str | None
+    where: Expr
+    assigns: tuple[Assign, ...]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A discrete state: where a run may dwell, how it flows, which outputs it computes in its own way."""
+
+    name: str
+    domain: Expr
+    flow: tuple[FlowLine, ...]
+    lets: tuple[Output, ...]
+    terminal: bool
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """An arrow between modes; an index in the automaton's list identifies it, a name may be shared."""
+
+    name: str
+    source: str
+    target: str
+    urgent: bool
+    guard: Expr
+    resets: tuple[Assign, ...]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Priority:
+    """Edges (in systems: interactions), highest first, where `when` holds."""
+
+    over: tuple[str, ...]
+    when: Expr
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HybridAutomaton:
+    """An automaton with every mode and edge written out."""
+
+    name: str
+    constants: tuple[Constant, ...]
+    params: tuple[Param, ...]
+    inputs: tuple[Input, ...]
+    vars: tuple[Variable, ...]
+    lets: tuple[Output, ...]
+    init: tuple[Init, ...]
+    modes: tuple[Mode, ...]
+    edges: tuple[Edge, ...]
+    priorities: tuple[Priority, ...]
+    doc: str = ""
+    span: Span | None = None
