@@ -1,0 +1,40 @@
+# `make demo` runs the main job, `make test` the tests; both set up everything they need in .venv.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+CRATE  := verifier/kernel/Cargo.toml
+STAMP  := $(VENV)/.installed
+RUST   := $(shell find verifier/kernel -name target -prune -o -name '*.rs' -print)
+
+export MATURIN_NO_INSTALL_RUST = 1
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+# pip without isolation finds the pinned maturin on the path
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+
+.PHONY: all demo test lint bench clean
+all: $(STAMP)
+
+# Python edits apply at once; an edit of the kernel makes the stamp old, and interval.py refuses an old kernel.
+$(STAMP): pyproject.toml constraints.txt .cargo/config.toml $(CRATE) verifier/kernel/Cargo.lock $(RUST)
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --constraint constraints.txt maturin
+	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[test]'
+	touch $@
+
+demo: $(STAMP)
+	$(BIN)/haverify check spec/gait_printed.ha spec/gait.ha
+
+test: $(STAMP)
+	cargo test --quiet --locked --manifest-path $(CRATE)
+	$(BIN)/python -m pytest
+
+lint: $(STAMP)
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	cargo clippy --quiet --locked --manifest-path $(CRATE) --all-targets --features python -- --deny warnings
+
+bench: $(STAMP)
+	$(BIN)/python -m tests.bench
+
+clean:
+	rm -rf $(VENV) reports verifier/kernel/target verifier/haverify/*.so .mypy_cache .ruff_cache .pytest_cache .hypothesis
