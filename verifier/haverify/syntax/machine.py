@@ -1,0 +1,90 @@
+"""The LALR machine: pieces of text in, tree nodes out, one table look-up per step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from haverify.syntax.build import Builder
+from haverify.syntax.language import Language, Rule
+
+Build = Callable[[list[Any], int, int], Any]
+
+
+class Machine:
+    """A stack of states with the value and the text range of the symbol that led to each."""
+
+    def __init__(self, language: Language, builder: Builder) -> None:
+        self.table = language.states
+        self.rules = language.rules
+        self.states = [0]
+        self.values: list[Any] = [None]
+        self.starts = [0]
+        self.ends = [0]
+        self._builds: list[Build | None] = [
+            None if rule.spliced or rule.callback.startswith("_") else getattr(builder, rule.callback, None)
+            for rule in language.rules
+        ]
+
+    def feed(self, symbol: str, value: Any, start: int, end: int) -> bool:
+        """Take one symbol; False, with the reductions before it made, when it cannot stand here."""
+        states, table, rules = self.states, self.table, self.rules
+        while True:
+            action = table[states[-1]].get(symbol)
+            if action is None:
+                return False
+            if action >= 0:
+                states.append(action)
+                self.values.append(value)
+                self.starts.append(start)
+                self.ends.append(end)
+                return True
+            rule = rules[action]
+            if rule.passes:
+                states[-1] = table[states[-2]][rule.origin]
+            else:
+                self._reduce(rule, self._builds[action])
+
+    def drop(self, height: int) -> None:
+        """Forget everything above the lowest `height` states."""
+        for stack in (self.states, self.values, self.starts, self.ends):
+            del stack[height:]
+
+    def _reduce(self, rule: Rule, build: Build | None) -> None:
+        size = rule.size
+        children = self.values[-size:]
+        start, end = self.starts[-size], self.ends[-1]
+        self.drop(len(self.states) - size)
+        if rule.plan is not None:
+            children = _selected(children, rule)
+        self.states.append(self.table[self.states[-1]][rule.origin])
+        self.values.append(self._value(rule, build, children, start, end))
+        self.starts.append(start)
+        self.ends.append(end)
+
+    def _value(self, rule: Rule, build: Build | None, children: list[Any], start: int, end: int) -> Any:
+        if rule.spliced:
+            return children
+        if rule.single and len(children) == 1:
+            return children[0]
+        assert build is not None, rule.callback  # every rule of the grammar has a builder, which a test checks
+        return build(children, start, end)
+
+
+def _selected(children: list[Any], rule: Rule) -> list[Any]:
+    assert rule.plan is not None
+    *steps, (_, _, absent) = rule.plan
+    chosen: list[Any] = []
+    for place, splice, before in steps:
+        if before:
+            chosen.extend([None] * before)
+        if splice:
+            if not chosen:
+                chosen = children[place]  # the left part of a long list grows in place
+            else:
+                chosen.extend(children[place])
+        else:
+            chosen.append(children[place])
+    if absent:
+        chosen.extend([None] * absent)
+    return chosen
