@@ -1,7 +1,19 @@
 //! Numbers and sets with outward rounding: what is computed contains what is true.
+//!
+//! `interval` is built on `rounding` (operations) and `elementary` (functions), both of which round to nearest and
+//! step outwards; `environment` tests that the unit does round to nearest; a `fault` travels where no number would
+//! be true.
+// The binding generates unsafe code; nothing else has any.
+#![cfg_attr(not(feature = "python"), forbid(unsafe_code))]
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
+pub mod elementary;
+pub mod environment;
+pub mod fault;
+pub mod interval;
 #[cfg(feature = "python")]
 mod python;
+pub mod ratio;
+pub mod rounding;
