@@ -1,0 +1,165 @@
+"""Evidence as JSON values and back, for the cache: rationals are strings, a verdict says its kind.
+
+`evidence_from` trusts nothing: anything that is not as `evidence_to` writes it is a ValueError.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from fractions import Fraction
+from typing import Any
+
+from haverify.evidence.evidence import Evidence, PartResult, Rounding, Sensitivity
+from haverify.evidence.run import Run, Step
+from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
+from haverify.maths.digits import rational_text
+
+_VERDICTS: dict[str, type[Proved] | type[Refuted]] = {"proved": Proved, "refuted": Refuted}
+_TEXTS = ("kind", "reason", "reached", "nearest", "next_step")
+
+
+def evidence_to(e: Evidence) -> dict[str, Any]:
+    """The JSON value of an evidence without its `cells`, which many claims share."""
+    return {
+        "verdict": _verdict_to(e.verdict),
+        "parts": [_part_to(p) for p in e.parts],
+        "method": e.method,
+        "certificate": e.certificate,
+        "rounding": e.rounding
+        and {"verdict": _verdict_to(e.rounding.verdict), "margin": _margin_to(e.rounding.margin)},
+        "run": _run_to(e.run),
+        "notes": list(e.notes),
+    }
+
+
+def evidence_from(value: Any, cells: dict[str, dict[str, Any]]) -> Evidence:
+    """The evidence that `evidence_to` wrote, with `cells` put back.
+
+    Raises
+    ------
+    ValueError      if the value is anything else
+    """
+    try:
+        return Evidence(
+            verdict=_verdict_from(value["verdict"]),
+            parts=tuple(_part_from(p) for p in value["parts"]),
+            method=_text(value["method"]),
+            certificate=_optional_dict(value["certificate"]),
+            cells=cells,
+            rounding=_rounding_from(value["rounding"]),
+            run=_run_from(value["run"]),
+            notes=_texts(value["notes"]),
+        )
+    except (KeyError, TypeError, AttributeError, ZeroDivisionError, IndexError) as e:
+        raise ValueError(f"not an evidence: {e!r}") from e
+
+
+def _verdict_to(v: Verdict) -> dict[str, Any]:
+    if isinstance(v, Unknown):
+        return {"is": "unknown", **{key: getattr(v, key) for key in _TEXTS}}
+    return {"is": "proved" if isinstance(v, Proved) else "refuted", "margin": _margin_to(v.margin)}
+
+
+def _verdict_from(value: Any) -> Verdict:
+    if value["is"] == "unknown":
+        return Unknown(*(_text(value[key]) for key in _TEXTS))
+    return _VERDICTS[value["is"]](_margin_from(value["margin"]))
+
+
+def _margin_to(m: Margin | None) -> Any:
+    return m and [rational_text(m.low), rational_text(m.high), m.unit, m.at, m.strict]
+
+
+def _margin_from(value: Any) -> Margin | None:
+    if value is None:
+        return None
+    low, high, unit, at, strict = value
+    return Margin(_fraction(low), _fraction(high), _text(unit), _text(at), bool(strict))
+
+
+def _part_to(p: PartResult) -> dict[str, Any]:
+    return {
+        "goal": p.goal,
+        "texts": [p.kind, p.where, p.output, p.text],
+        "verdict": _verdict_to(p.verdict),
+        "run": _run_to(p.run),
+        "facts": list(p.facts),
+        "constants": list(p.constants),
+        "sensitivities": [[_plain(getattr(s, f.name)) for f in fields(Sensitivity)] for s in p.sensitivities],
+    }
+
+
+def _part_from(value: Any) -> PartResult:
+    kind, where, output, text = (_text(t) for t in value["texts"])
+    return PartResult(
+        goal=int(value["goal"]),
+        kind=kind,
+        where=where,
+        output=output,
+        text=text,
+        verdict=_verdict_from(value["verdict"]),
+        run=_run_from(value["run"]),
+        facts=_texts(value["facts"]),
+        constants=_texts(value["constants"]),
+        sensitivities=tuple(_sensitivity_from(s) for s in value["sensitivities"]),
+    )
+
+
+def _sensitivity_from(value: Any) -> Sensitivity:
+    constant, slope, to_zero, rounding = value
+    return Sensitivity(_text(constant), _fraction(slope), _maybe(to_zero), _maybe(rounding))
+
+
+def _rounding_from(value: Any) -> Rounding | None:
+    return value and Rounding(_verdict_from(value["verdict"]), _margin_from(value["margin"]))
+
+
+def _run_to(run: Run | None) -> Any:
+    if run is None:
+        return None
+    steps = [[rational_text(s.dwell), s.edge, _values_to(s.values)] for s in run.steps]
+    return [run.mode, _values_to(run.values), _values_to(run.params), steps, rational_text(run.last)]
+
+
+def _run_from(value: Any) -> Run | None:
+    if value is None:
+        return None
+    mode, values, params, steps, last = value
+    walked = tuple(Step(_fraction(dwell), int(edge), _values_from(chosen)) for dwell, edge, chosen in steps)
+    return Run(_text(mode), _values_from(values), _values_from(params), walked, _fraction(last))
+
+
+def _values_to(values: tuple[tuple[str, Fraction], ...]) -> list[list[str]]:
+    return [[name, rational_text(value)] for name, value in values]
+
+
+def _values_from(value: Any) -> tuple[tuple[str, Fraction], ...]:
+    return tuple((_text(name), _fraction(q)) for name, q in value)
+
+
+def _plain(value: Any) -> Any:
+    return rational_text(value) if isinstance(value, Fraction) else value
+
+
+def _fraction(value: Any) -> Fraction:
+    return Fraction(_text(value))
+
+
+def _maybe(value: Any) -> Fraction | None:
+    return None if value is None else _fraction(value)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"{value!r} is no text")
+    return value
+
+
+def _texts(value: Any) -> tuple[str, ...]:
+    return tuple(_text(v) for v in value)
+
+
+def _optional_dict(value: Any) -> dict[str, Any] | None:
+    if value is not None and not isinstance(value, dict):
+        raise TypeError(f"{value!r} is no object")
+    return value

@@ -1,0 +1,133 @@
+"""Verdicts against expectations, findings against what is accepted; the exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from haverify.diagnostics.codes import is_error, is_meaningless
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.model.claim import Claim
+from haverify.report.expected import margin_problem
+
+OK, WRONG, UNREADABLE, UNDECIDED, FAULT, NOTHING = 0, 1, 2, 3, 4, 5
+INTERRUPTED = 130
+
+_PRECEDENCE = (INTERRUPTED, FAULT, UNREADABLE, WRONG, UNDECIDED, NOTHING, OK)
+
+MEANING = {
+    OK: "every claim has the verdict it expects and there is no new error finding",
+    WRONG: "a claim is decided otherwise than expected, or there is a new error finding",
+    UNREADABLE: "the call or an input cannot be understood",
+    UNDECIDED: "a claim that was to be decided is unknown",
+    FAULT: "a fault of haverify itself: please report it",
+    NOTHING: "nothing was checked",
+    INTERRUPTED: "interrupted; what is shown is incomplete",
+}
+
+_CODE_OF_UNKNOWN = {"inductive": "HA605", "budget": "HA702", "enclosure": "HA703", "window": "HA707", "jumps": "HA708"}
+
+
+def worst(codes: Iterable[int]) -> int:
+    """The exit code of several: 130, then 4, 2, 1, 3, 5, 0; 5 of none."""
+    return min(codes, key=_PRECEDENCE.index, default=NOTHING)
+
+
+def word(verdict: Verdict) -> str:
+    """`proved`, `refuted` or `unknown`."""
+    return {Proved: "proved", Refuted: "refuted", Unknown: "unknown"}[type(verdict)]
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """How a verdict compares with what is expected: its exit code, what is wrong, and remarks that change nothing."""
+
+    exit_code: int
+    problems: tuple[Diagnostic, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def expected(claim: Claim) -> str:
+    """The verdict a claim expects: `proved` when it states none."""
+    return claim.expect.verdict if claim.expect else "proved"
+
+
+def part_name(claim: Claim, part: PartResult) -> str:
+    """The name of a part in `haverify.lock`: automaton, mode or jump, output, and the goal where there are several."""
+    goal = [f"goal {part.goal + 1}"] if len(claim.goals) > 1 else []
+    return " / ".join([claim.on or "-", part.where or "-", part.output or "-", *goal])
+
+
+def violated(claim: Claim, evidence: Evidence) -> tuple[str, ...]:
+    """The names of the violated parts, in order."""
+    return tuple(part_name(claim, p) for p in evidence.parts if isinstance(p.verdict, Refuted))
+
+
+def judge(claim: Claim, evidence: Evidence, on_record: tuple[str, ...] | None) -> Judgement:
+    """Compare the granted verdict of a claim with its `expect` line and with the violated parts on record."""
+    got, wanted = word(evidence.verdict), expected(claim)
+    if isinstance(evidence.verdict, Unknown):
+        explanation = _unknown(claim, evidence.verdict)
+        return Judgement(OK if wanted == "unknown" else UNDECIDED, explanation)
+    if got != wanted:
+        return Judgement(WRONG, (_problem(claim, _difference(claim, got)),))
+    return _agree(claim, evidence, on_record)
+
+
+def _agree(claim: Claim, evidence: Evidence, on_record: tuple[str, ...] | None) -> Judgement:
+    messages = [text for text in (margin_problem(claim, evidence.verdict), _share_problem(claim)) if text]
+    undecided: list[str] = []
+    if isinstance(evidence.verdict, Refuted) and on_record is not None:
+        messages += _new_causes(claim, evidence, on_record)
+        undecided = _lost_causes(claim, evidence, on_record)
+    code = WRONG if messages else UNDECIDED if undecided else OK
+    return Judgement(code, tuple(_problem(claim, m) for m in messages), tuple(undecided))
+
+
+def _new_causes(claim: Claim, evidence: Evidence, on_record: tuple[str, ...]) -> list[str]:
+    """A known violation must not hide a new one, and one that is gone must be struck off."""
+    now = violated(claim, evidence)
+    still_open = {part_name(claim, p) for p in evidence.parts if isinstance(p.verdict, Unknown)}
+    gone = [p for p in on_record if p not in now and p not in still_open]
+    messages = [f"newly violated: {p}" for p in now if p not in on_record]
+    return messages + [f"no longer violated: {p}; remove it from haverify.lock" for p in gone]
+
+
+def _lost_causes(claim: Claim, evidence: Evidence, on_record: tuple[str, ...]) -> list[str]:
+    still_open = {part_name(claim, p) for p in evidence.parts if isinstance(p.verdict, Unknown)}
+    return [f"on record as violated, but undecided now: {p}" for p in on_record if p in still_open]
+
+
+def _difference(claim: Claim, got: str) -> str:
+    if claim.expect is None:
+        return f'{got}, and nothing says that this is known; if it is: `expect {got} because "..."`'
+    if got == "proved" and claim.expect.verdict == "refuted":
+        return "expected refuted, got proved: remove the expectation or the fix"
+    return f"expected {claim.expect.verdict}, got {got}"
+
+
+def _share_problem(claim: Claim) -> str | None:
+    if claim.expect is None or claim.expect.share is None:
+        return None
+    return "expected a share of the parameter range, but this claim was not decided box by box"
+
+
+def _problem(claim: Claim, message: str) -> Diagnostic:
+    span = claim.expect.span if claim.expect and claim.expect.span else claim.span
+    return Diagnostic("HA701", f"{claim.name}: {message}", span, key=f"{claim.name}: {message}")
+
+
+def _unknown(claim: Claim, verdict: Unknown) -> tuple[Diagnostic, ...]:
+    code = _CODE_OF_UNKNOWN.get(verdict.kind)
+    if code is None:
+        return ()
+    return (Diagnostic(code, f"{claim.name}: {verdict.reason}", claim.span, help=verdict.next_step or None),)
+
+
+def finding_code(found: Iterable[Diagnostic], accepted: Iterable[Diagnostic]) -> int:
+    """The exit code that findings alone earn: 2 where meaning is lost, 1 for another error nobody accepted."""
+    known = set(accepted)
+    codes = [UNREADABLE if is_meaningless(d) else WRONG for d in found if is_error(d) and d not in known]
+    return worst([OK, *codes])

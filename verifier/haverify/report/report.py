@@ -1,0 +1,178 @@
+"""The facts of a report, in the shape in which `report.json` holds them: field names are its keys.
+
+Exact numbers are strings (`"106594/5"`), with a decimal beside them where people read them. Every other format is a
+view of these facts and adds none. `docs/report.schema.json` is made from these classes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+SCHEMA = "haverify.report/1"
+
+Word = Literal["proved", "refuted", "unknown"]
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """Who made the report: versions of the tool, its kernel (a hash of its source) and the solvers used."""
+
+    name: str
+    version: str
+    kernel: str
+    solvers: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class InputFile:
+    """A file that was read: a spec, an import, a table."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A finding with its place; `accepted` is the reason for which `@allow` or `haverify.lock` accepts it."""
+
+    code: str
+    name: str
+    severity: str
+    message: str
+    path: str | None
+    line: int | None
+    column: int | None
+    end_line: int | None
+    end_column: int | None
+    notes: list[str]
+    help: str | None
+    fix: str | None
+    accepted: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """Signed distance to the bound. `value` is a rational, or an interval where the extremum is at a root."""
+
+    value: str | list[str]
+    decimal: str
+    unit: str
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """How a margin depends on a constant: d(margin)/d(value), the change that brings it to 0, the share of rounding."""
+
+    constant: str
+    place: str | None
+    slope: str
+    to_zero: str | None
+    rounding: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a claim. `mode` is a mode or, for a jump, `source -> target`; `cells` are the table rows it reads."""
+
+    mode: str
+    output: str
+    kind: str
+    goal: int
+    text: str
+    verdict: Word
+    margin: Margin | None
+    facts: list[str]
+    cells: list[str]
+    reason: str | None
+    sensitivities: list[Sensitivity]
+
+
+@dataclass(frozen=True, slots=True)
+class Rounding:
+    """The verdict for every model that rounds to the numbers as printed."""
+
+    verdict: Word
+    margin: Margin | None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run: modes in order, the instant each is entered and the last instant, the state at each of these instants."""
+
+    mode_path: list[str]
+    edges: list[str]
+    times: list[str]
+    times_decimal: list[str]
+    states: list[dict[str, str]]
+    states_decimal: list[dict[str, str]]
+    params: dict[str, str]
+    violation: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A claim and what is known of it. `ok`: the verdict is the expected one; `problems` says what is not."""
+
+    name: str
+    automaton: str | None
+    text: str
+    path: str | None
+    line: int | None
+    doc: str
+    verdict: Word
+    expected: Word
+    ok: bool
+    trust: Literal["checked", "enclosed", "solver"] | None
+    parts: list[Part]
+    rounding: Rounding | None
+    method: str
+    margin: Margin | None
+    horizon: str | None
+    assumptions: list[str]
+    using: list[str]
+    certificate: str | None
+    run: Run | None
+    kind: str | None
+    reason: str | None
+    reached: str | None
+    nearest: str | None
+    next_step: str | None
+    problems: list[str]
+    notes: list[str]
+    wall_s: float
+    cpu_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Counts, and the exit code of the run for this file."""
+
+    proved: int
+    refuted: int
+    unknown: int
+    ok: int
+    errors: int
+    warnings: int
+    accepted: int
+    exit_code: int
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a run found out about one spec. `hash` covers core, data, options and versions: same hash, same verdicts."""
+
+    schema: Literal["haverify.report/1"]
+    spec: str
+    title: str
+    tool: Tool
+    inputs: list[InputFile]
+    options: dict[str, str]
+    hash: str
+    complete: bool
+    wall_s: float
+    cpu_s: float
+    findings: list[Finding]
+    claims: list[Claim]
+    summary: Summary

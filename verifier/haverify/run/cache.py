@@ -1,0 +1,103 @@
+"""Proposed evidence kept between runs: JSON files in a folder of the user, never believed.
+
+A claim's key covers what its verdict depends on: model, claim, options, versions. What is read back is evidence again:
+`hacheck` decides about it like about any other, and what it refuses is computed anew. A damaged or edited file fails
+its digest or its reading and costs the time to decide again, nothing else. Only conclusive evidence is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from haverify.evidence.as_json import evidence_from, evidence_to
+from haverify.evidence.evidence import Evidence
+from haverify.evidence.verdict import Unknown
+
+_SCHEMA = "haverify.cache/1"
+
+
+def folder() -> Path:
+    """Where the cache lives: `$HAVERIFY_CACHE`, else `haverify` in the user's cache folder."""
+    if os.environ.get("HAVERIFY_CACHE"):
+        return Path(os.environ["HAVERIFY_CACHE"])
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home and os.path.isabs(home) else Path.home() / ".cache") / "haverify"
+
+
+def fetch(model: str, claims: Mapping[str, str]) -> dict[str, Evidence]:
+    """The kept evidence of the claims (name to key) about the model with key `model`."""
+    pack = _read(_path(model))
+    found = {}
+    for name, key in claims.items():
+        entry = pack["claims"].get(key)
+        if entry is not None and (evidence := _evidence(entry, pack["cells"])) is not None:
+            found[name] = evidence
+    return found
+
+
+def keep(model: str, claims: Mapping[str, str], evidence: Mapping[str, Evidence]) -> None:
+    """Add conclusive evidence to what is kept about a model; another process may do the same, the last one wins."""
+    pack = _read(_path(model))
+    for name, e in evidence.items():
+        if isinstance(e.verdict, Unknown) or e.certificate is None:
+            continue
+        names = {cell: _digest(content) for cell, content in e.cells.items()}
+        pack["cells"].update({names[cell]: content for cell, content in e.cells.items()})
+        pack["claims"][claims[name]] = {"evidence": evidence_to(e), "cells": names}
+    _write(_path(model), pack)
+
+
+def _evidence(entry: Any, cells: Mapping[str, Any]) -> Evidence | None:
+    try:
+        own = {name: cells[digest] for name, digest in entry["cells"].items()}
+        return evidence_from(entry["evidence"], own)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _path(model: str) -> Path:
+    return folder() / f"{model}.json"
+
+
+def _digest(content: Any) -> str:
+    return hashlib.sha256(_canonical(content)).hexdigest()
+
+
+def _canonical(value: Any) -> bytes:
+    return json.dumps(value, sort_keys=True, separators=(",", ":")).encode()
+
+
+def _read(path: Path) -> dict[str, dict[str, Any]]:
+    """A pack: `claims` by key, `cells` by digest; empty where the file is missing, damaged or another version's."""
+    empty: dict[str, dict[str, Any]] = {"claims": {}, "cells": {}}
+    try:
+        digest, _, body = path.read_bytes().partition(b"\n")
+        if digest.decode("ascii") != hashlib.sha256(body).hexdigest():
+            return empty
+        pack = json.loads(body)
+    except (OSError, ValueError, RecursionError):
+        return empty
+    if not isinstance(pack, dict) or pack.get("schema") != _SCHEMA:
+        return empty
+    if not isinstance(pack.get("claims"), dict) or not isinstance(pack.get("cells"), dict):
+        return empty
+    return {"claims": pack["claims"], "cells": pack["cells"]}
+
+
+def _write(path: Path, pack: Mapping[str, Any]) -> None:
+    """Put the pack in place in one step; a cache that cannot be written is no cache, and no error."""
+    body = _canonical({"schema": _SCHEMA, **pack})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
+        with os.fdopen(handle, "wb") as file:
+            file.write(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        os.replace(beside, path)
+    except OSError:
+        return
