@@ -1,0 +1,140 @@
+"""Bernstein form: the range of a polynomial on a box, exactly.
+
+On [0, 1] a polynomial of degree n is a convex combination of its n + 1 Bernstein coefficients, so its range lies between
+the least and the greatest of them; the first and the last are its values at the ends.
+Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", 2012, sections 3 and 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import lru_cache
+from math import comb, lcm
+
+from haverify.maths.polynomial import Polynomial
+from haverify.maths.univariate import Integers
+
+Box = Mapping[str, tuple[Fraction, Fraction]]
+ZERO = Fraction(0)
+
+
+def coefficients(p: Integers, low: Fraction, high: Fraction) -> tuple[list[int], int]:
+    """`(b, d)`: the Bernstein coefficients of `p` on [low, high] are `b[i] / d`, with `d > 0`.
+
+    Parameters
+    ----------
+    p : (n + 1,) integers, lowest power first, not empty
+    low, high           rationals, low <= high
+
+    Soundness           exact
+    """
+    n = len(p) - 1
+    d = lcm(low.denominator, high.denominator)
+    a = low.numerator * (d // low.denominator)
+    w = high.numerator * (d // high.denominator) - a
+    shifted = _homogeneous(p, d)
+    for i in range(n):
+        for j in range(n - 1, i - 1, -1):
+            shifted[j] += a * shifted[j + 1]
+    weights, common = _weights(n)
+    power = 1
+    for k in range(n + 1):
+        shifted[k] *= power * weights[k]
+        power *= w
+    for i in range(n):
+        for j in range(n, i, -1):
+            shifted[j] += shifted[j - 1]
+    return shifted, common * int(d**n)
+
+
+def _homogeneous(p: Integers, d: int) -> list[int]:
+    """`p[i] * d^(n - i)`."""
+    result, power = [0] * len(p), 1
+    for i in reversed(range(len(p))):
+        result[i] = p[i] * power
+        power *= d
+    return result
+
+
+@lru_cache(maxsize=64)
+def _weights(n: int) -> tuple[list[int], int]:
+    """`lcm / comb(n, k)` for each k, and the lcm of the binomial coefficients."""
+    common = lcm(*(comb(n, k) for k in range(n + 1)))
+    return [common // comb(n, k) for k in range(n + 1)], common
+
+
+def halves(b: list[int]) -> tuple[list[int], list[int]]:
+    """Multiples, by 2^n, of the Bernstein coefficients on the two halves of the interval (de Casteljau)."""
+    n = len(b) - 1
+    row, left, right = list(b), [0] * (n + 1), [0] * (n + 1)
+    for k in range(n + 1):
+        left[k] = row[0] << (n - k)
+        right[n - k] = row[-1] << (n - k)
+        row = [x + y for x, y in zip(row, row[1:], strict=False)]
+    return left, right
+
+
+def variations(b: list[int]) -> int:
+    """Sign changes, zeros skipped: an upper bound, of equal parity, for the roots in the open interval."""
+    count, last = 0, 0
+    for c in b:
+        if c:
+            sign = 1 if c > 0 else -1
+            count += sign == -last
+            last = sign
+    return count
+
+
+def bounds(p: Polynomial, box: Box) -> tuple[Fraction, Fraction]:
+    """Least and greatest Bernstein coefficient of `p` on the box: rationals that enclose its range there.
+
+    Every variable of `p` must be in the box. With one variable of degree one, or in the corners, the bounds are attained.
+    """
+    names = p.variables
+    if not names:
+        value = p.constant or ZERO
+        return value, value
+    tensor = tensor_coefficients(p, names, box)
+    return min(tensor), max(tensor)
+
+
+def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> list[Fraction]:
+    """The Bernstein coefficients of `p` on the box as a flat list in row-major order of `names`."""
+    degrees = [p.degree(v) for v in names]
+    strides = [1] * len(names)
+    for i in reversed(range(len(names) - 1)):
+        strides[i] = strides[i + 1] * (degrees[i + 1] + 1)
+    size = strides[0] * (degrees[0] + 1)
+    flat = [ZERO] * size
+    where = {v: s for v, s in zip(names, strides, strict=True)}
+    for m, c in p.terms.items():
+        flat[sum(where[v] * e for v, e in m)] = c
+    for v, degree, stride in zip(names, degrees, strides, strict=True):
+        if degree:
+            _transform(flat, degree, stride, box[v])
+    return flat
+
+
+def _transform(flat: list[Fraction], degree: int, stride: int, ends: tuple[Fraction, Fraction]) -> None:
+    """From powers of one variable to its Bernstein basis on `ends`, in place, for every line along that variable."""
+    low, width = ends[0], ends[1] - ends[0]
+    block = stride * (degree + 1)
+    for start in range(0, len(flat), block):
+        for offset in range(start, start + stride):
+            line = flat[offset : offset + block : stride]
+            flat[offset : offset + block : stride] = _line(line, degree, low, width)
+
+
+def _line(line: list[Fraction], n: int, low: Fraction, width: Fraction) -> list[Fraction]:
+    for i in range(n):
+        for j in range(n - 1, i - 1, -1):
+            line[j] += low * line[j + 1]
+    power = Fraction(1)
+    for k in range(n + 1):
+        line[k] *= power / comb(n, k)
+        power *= width
+    for i in range(n):
+        for j in range(n, i, -1):
+            line[j] += line[j - 1]
+    return line
