@@ -1,7 +1,7 @@
 """Exact extremes of the gait tables, computed without haverify.
 
-Reads the coefficient tables of `spec/coeffs` and writes `gait_ranges.json`: for every table, joint and phase the range of
-the angle and of its first two derivatives over the phase's slot, and the jump of the angle at every edge.
+Reads the coefficient tables of `spec/coeffs` and writes `gait_ranges.json`: for every table, joint and phase the
+range of the angle and of its first two derivatives over the phase's slot, and the jump of the angle at every edge.
 
     python tests/peers/gait_oracle.py            rewrite gait_ranges.json
     python tests/peers/gait_oracle.py --check    exit 1 unless gait_ranges.json is what this script computes
@@ -11,6 +11,7 @@ import csv
 import json
 import sys
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import mpmath
@@ -33,7 +34,7 @@ def polynomials(path):
 
 def polynomial(row):
     coefficients = [Fraction(text) for name, text in row.items() if name != "error" and text != ""]
-    return coefficients[:-1] + [coefficients[-1] + Fraction(row["error"])]
+    return [*coefficients[:-1], coefficients[-1] + Fraction(row["error"])]
 
 
 def derivative(p):
@@ -61,11 +62,15 @@ def critical_points(p, low, high):
 
 def extremes(p, low, high):
     """Least and greatest value on [low, high] and where: the ends exactly, inner points to 50 digits."""
-    ends = [(mpmath.mpf(y.numerator) / y.denominator, mpmath.mpf(x.numerator) / x.denominator)
-            for x in (low, high) for y in [value(p, x)]]
+    ends = [
+        (mpmath.mpf(y.numerator) / y.denominator, mpmath.mpf(x.numerator) / x.denominator)
+        for x in (low, high)
+        for y in [value(p, x)]
+    ]
     points = ends + [(value(p, x), x) for x in critical_points(p, low, high)]
     least, greatest = min(points), max(points)
-    return {"min": digits(least[0]), "argmin": digits(least[1]), "max": digits(greatest[0]), "argmax": digits(greatest[1])}
+    values = {"min": least[0], "argmin": least[1], "max": greatest[0], "argmax": greatest[1]}
+    return {name: digits(number) for name, number in values.items()}
 
 
 def digits(number):
@@ -76,14 +81,17 @@ def digits(number):
 
 
 def joint_ranges(path):
-    """Per phase: ranges of angle (deg), velocity (deg/s), acceleration (deg/s^2) over the clock; per edge: the jump (deg)."""
+    """Per phase the ranges of angle (deg), velocity (deg/s), acceleration (deg/s^2); per edge the jump (deg)."""
     polys = polynomials(path)
-    slots = dict(zip(PHASES, zip(EDGES, EDGES[1:], strict=False), strict=True))
+    slots = dict(zip(PHASES, pairwise(EDGES), strict=True))
     phases = {}
     for phase, (low, high) in slots.items():
         p = polys[phase]
-        phases[phase] = {"angle": extremes(p, low, high), "velocity": extremes(derivative(p), low, high),
-                         "acceleration": extremes(derivative(derivative(p)), low, high)}
+        phases[phase] = {
+            "angle": extremes(p, low, high),
+            "velocity": extremes(derivative(p), low, high),
+            "acceleration": extremes(derivative(derivative(p)), low, high),
+        }
     jumps = {}
     for phase, following in zip(PHASES, PHASES[1:] + PHASES[:1], strict=True):
         jump = value(polys[following], slots[following][0]) - value(polys[phase], slots[phase][1])
@@ -93,7 +101,9 @@ def joint_ranges(path):
 
 def compute():
     folders = {"printed": COEFFS / "printed", "corrected": COEFFS}
-    return {name: {joint: joint_ranges(folder / f"{joint}.csv") for joint in JOINTS} for name, folder in folders.items()}
+    return {
+        name: {joint: joint_ranges(folder / f"{joint}.csv") for joint in JOINTS} for name, folder in folders.items()
+    }
 
 
 def main(arguments):
