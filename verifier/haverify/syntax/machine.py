@@ -45,6 +45,22 @@ class Machine:
             else:
                 self._reduce(rule, self._builds[action])
 
+    def after(self, states: list[int], symbol: str) -> int:
+        """The state that `symbol` leads to from a stack (which is used up), -1 when it cannot stand there."""
+        while True:
+            action = self.table[states[-1]].get(symbol)
+            if action is None:
+                return -1
+            if action >= 0:
+                return action
+            rule = self.rules[action]
+            del states[-rule.size :]
+            states.append(self.table[states[-1]][rule.origin])
+
+    def accepts(self, symbol: str) -> bool:
+        """Whether `symbol` can stand here."""
+        return self.after(list(self.states), symbol) >= 0
+
     def drop(self, height: int) -> None:
         """Forget everything above the lowest `height` states."""
         for stack in (self.states, self.values, self.starts, self.ends):
