@@ -11,15 +11,22 @@ export PIP_DISABLE_PIP_VERSION_CHECK = 1
 # pip without isolation finds the pinned maturin on the path
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: all demo test lint bench clean
+# Times of files can lie (a restored backup, a library deleted by hand); interval.py compares contents.
+FRESH := $(shell $(BIN)/python -c 'import haverify.maths.interval' 2>/dev/null && echo yes)
+
+.PHONY: all demo test lint bench clean stale
 all: $(STAMP)
 
 # Python edits apply at once; an edit of the kernel makes the stamp old, and interval.py refuses an old kernel.
-$(STAMP): pyproject.toml constraints.txt .cargo/config.toml $(CRATE) verifier/kernel/Cargo.lock $(RUST)
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --constraint constraints.txt maturin
-	$(BIN)/pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[test]'
+$(STAMP): pyproject.toml constraints.txt .cargo/config.toml $(CRATE) verifier/kernel/Cargo.lock $(RUST) $(if $(FRESH),,stale)
+	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt maturin
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[test]'
 	touch $@
+
+# Makes cargo look at the contents again.
+stale:
+	touch verifier/kernel/build.rs
 
 demo: $(STAMP)
 	$(BIN)/haverify check spec/gait_printed.ha spec/gait.ha
