@@ -1,0 +1,414 @@
+"""Cells: the exact reached clock intervals of a clock-driven automaton, mode by mode, closed under flow and edges.
+
+A cell is a box of entry values, entered and left only as its conditions on single variables allow; its states are
+`e + c s` for `e` in the box and `0 <= s <= dwell`, inside the domain. What is explored contains every run (docs/core.md
+section 5, "Cells are complete"); with several clocks, or after joining, it may contain more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+
+from haverify.analyses.bounds import EVERYTHING, Box, Interval, image, narrow, point, single
+from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel, closed
+from haverify.maths.bernstein import bounds as range_on
+from haverify.maths.polynomial import Polynomial
+from haverify.model.hybrid import Assign, Init, Range
+from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, conjunction, truth
+
+Q = Fraction
+MOST_CELLS = 20_000
+SEPARATE = 12  # cells of one mode and discrete state before they are joined
+PATIENCE = 3  # joins of one cell before its moving ends are widened
+
+
+@dataclass(slots=True)
+class Cell:
+    """One cell; `sigma` is the scaled time at entry where time is followed, `parent` the first way into it."""
+
+    mode: int
+    entry: Box
+    sigma: Interval | None
+    jumps: int | None
+    dwell: Q | None = None
+    parent: tuple[int, int] | None = None  # cell, edge
+    depth: int = 0
+    joins: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Exit:
+    """An edge taken out of a cell: during which scaled dwells, from which box, into which box, at which scaled times."""
+
+    edge: int
+    dwell: tuple[Q, Q | None]
+    before: Box
+    after: Box
+    sigma: Interval | None
+
+
+@dataclass
+class Cells:
+    """All cells of an automaton up to a horizon (None: of all runs). `trouble` says why they are not complete, if so."""
+
+    model: ClockModel
+    time: Q | None
+    jumps: int | None
+    tracked: bool
+    cells: list[Cell] = field(default_factory=list)
+    trouble: tuple[str, str] | None = None
+    _exits: dict[tuple[int, int], Exit | None] = field(default_factory=dict)
+    _by_mode: dict[int, list[int]] | None = None
+
+    def of_mode(self, mode: int) -> list[int]:
+        """The positions of a mode's cells, in order."""
+        if self._by_mode is None:
+            self._by_mode = {}
+            for i, c in enumerate(self.cells):
+                self._by_mode.setdefault(c.mode, []).append(i)
+        return self._by_mode.get(mode, [])
+
+    def exit(self, cell: int, edge: int) -> Exit | None:
+        """How the edge leaves the cell, None where it cannot."""
+        if (cell, edge) not in self._exits:
+            self._exits[cell, edge] = leave(self.model, self.cells[cell], self.model.edge(edge), self.limit)
+        return self._exits[cell, edge]
+
+    @property
+    def limit(self) -> Q | None:
+        """The greatest scaled time within the horizon."""
+        return None if self.time is None or not self.tracked else self.time * self.model.rho_range[1]
+
+
+def explore(model: ClockModel, time: Q | None = None, jumps: int | None = None) -> Cells:
+    """The cells of all runs, or of those up to time `time` and `jumps` jumps.
+
+    Time is followed exactly when `time` is given; then all modes must share one rate.
+    """
+    found = Cells(model, time, jumps, time is not None)
+    search = _Search(found)
+    for cell in starts(model, found.tracked, jumps is not None):
+        search.add(cell)
+    search.run()
+    _forget_covered(found)
+    found.trouble = found.trouble or _left_window(found)
+    return found
+
+
+@dataclass
+class _Search:
+    found: Cells
+    queue: list[int] = field(default_factory=list)
+    groups: dict[object, list[int]] = field(default_factory=dict)
+
+    def run(self) -> None:
+        cells, position = self.found.cells, 0
+        while position < len(self.queue):
+            index = self.queue[position]
+            position += 1
+            if position > 4 * MOST_CELLS or len(cells) > MOST_CELLS:
+                self.found.trouble = ("budget", f"more than {MOST_CELLS} cells; a shorter horizon or fewer clocks would do")
+                return
+            cell = cells[index]
+            cell.dwell = longest(self.found.model, cell, self.found.limit)
+            for k in self.found.model.leaving[cell.mode]:
+                out = leave(self.found.model, cell, self.found.model.edge(k), self.found.limit)
+                if out is not None and (self.found.jumps is None or (cell.jumps or 0) < self.found.jumps):
+                    for landed in landings(self.found.model, cell, out):
+                        self.add(landed, index, k)
+
+    def add(self, cell: Cell, parent: int | None = None, edge: int = 0) -> None:
+        """Make sure that some cell covers this one, and look at it again if it grew for that."""
+        group = self.groups.setdefault(self._key(cell), [])
+        cells = self.found.cells
+        if any(_covers(cells[i], cell) for i in group):
+            return
+        if parent is not None:
+            cell.parent, cell.depth = (parent, edge), cells[parent].depth + 1
+        if len(group) < SEPARATE or cell.sigma is not None or cell.jumps is not None:
+            group.append(len(cells))
+            self.queue.append(len(cells))
+            cells.append(cell)
+            return
+        _join(self.found.model, cells[group[-1]], cell)
+        self.queue.append(group[-1])
+
+    def _key(self, cell: Cell) -> object:
+        return cell.mode, cell.jumps, tuple(cell.entry[v].low for v in self.found.model.discrete)
+
+
+def _covers(old: Cell, new: Cell) -> bool:
+    if old.sigma is not None and new.sigma is not None and not old.sigma.contains(new.sigma):
+        return False
+    return all(old.entry[v].contains(x) for v, x in new.entry.items())
+
+
+def _join(model: ClockModel, old: Cell, new: Cell) -> None:
+    """Grow `old` around `new`; after a few times each end that still moves goes to the domain's or to infinity."""
+    old.joins += 1
+    allowed = model.mode(old.mode).allowed or {}
+    for v, x in new.entry.items():
+        hull = old.entry[v].hull(x)
+        if old.joins > PATIENCE:
+            limit = allowed.get(v, EVERYTHING)
+            low = hull.low if hull.low == old.entry[v].low else limit.low
+            high = hull.high if hull.high == old.entry[v].high else limit.high
+            hull = Interval(low, high)
+        old.entry[v] = hull
+
+
+def _forget_covered(found: Cells) -> None:
+    """Drop cells that another one covers; their successors are covered by the other's."""
+    kept: list[int] = []
+    for i, cell in enumerate(found.cells):
+        others = [j for j, c in enumerate(found.cells) if j != i and _same_kind(c, cell) and _covers(c, cell)] if cell.joins or any(
+            c.joins for c in found.cells
+        ) else []
+        if not any(j in kept or j > i for j in others):
+            kept.append(i)
+    if len(kept) == len(found.cells):
+        return
+    position = {old: new for new, old in enumerate(kept)}
+    found.cells = [found.cells[i] for i in kept]
+    for cell in found.cells:
+        if cell.parent is not None:
+            cell.parent = (position[cell.parent[0]], cell.parent[1]) if cell.parent[0] in position else None
+
+
+def _same_kind(a: Cell, b: Cell) -> bool:
+    return a.mode == b.mode and a.jumps == b.jumps
+
+
+def starts(model: ClockModel, tracked: bool, counted: bool) -> Iterator[Cell]:
+    """One cell for each init line, mode it allows, and value of the discrete variables."""
+    for init in model.automaton.init:
+        modes = range(len(model.automaton.modes)) if init.mode is None else [model.index[init.mode]]
+        for index in modes:
+            box = start_box(model, init, index)
+            if box is None:
+                continue
+            for entry in _split_discrete(model, box):
+                yield Cell(index, entry, point(Q(0)) if tracked else None, 0 if counted else None)
+
+
+def start_box(model: ClockModel, init: Init, index: int) -> Box | None:
+    """The closed box of the states that an init line allows in a mode, None where there is none."""
+    mode = model.mode(index)
+    if mode.allowed is None:
+        return None
+    scope = model.scope(index)
+    box: Box | None = dict(model.windows)
+    assert box is not None, "windows are a box"
+    for a in init.assigns:
+        box[a.var] = assigned(model, scope_box=box, a=a, index=index)
+    for f in (scope.formula(init.where), mode.domain):
+        box = None if box is None else narrow(f, box, model.params)
+    return None if box is None else {v: x.closed for v, x in box.items()}
+
+
+def assigned(model: ClockModel, scope_box: Box, a: Assign, index: int) -> Interval:
+    """The values that an assignment of an init line gives."""
+    scope = model.scope(index)
+    if isinstance(a.to, Range):
+        low, high = scope.polynomial(a.to.low), scope.polynomial(a.to.high)
+        return Interval(image(low, scope_box, model.params).low, image(high, scope_box, model.params).high)
+    if scope.is_truth(a.to):
+        return point(Q(int(scope.formula(a.to) is True)))
+    return image(scope.polynomial(a.to), scope_box, model.params)
+
+
+def _split_discrete(model: ClockModel, box: Box) -> Iterator[Box]:
+    names = [v for v in model.discrete if not box[v].is_point]
+    choices = [[x for x in model.discrete[v] if box[v].contains(point(x))] for v in names]
+    for values in product(*choices):
+        yield {**box, **{v: point(x) for v, x in zip(names, values, strict=True)}}
+
+
+def moved(entry: Interval, slope: Q, first: Q, last: Q | None) -> Interval:
+    """The values `e + slope * s` for `e` in the entry interval and `first <= s <= last`."""
+    if not slope:
+        return entry
+    low = None if entry.low is None else entry.low + slope * first
+    high = None if entry.high is None else entry.high + slope * first
+    if slope > 0:
+        return Interval(low, None if entry.high is None or last is None else entry.high + slope * last)
+    return Interval(None if entry.low is None or last is None else entry.low + slope * last, high)
+
+
+def longest(model: ClockModel, cell: Cell, limit: Q | None) -> Q | None:
+    """The longest scaled dwell in a cell, None where a run may stay for ever."""
+    mode = model.mode(cell.mode)
+    ends = [] if limit is None or cell.sigma is None or cell.sigma.low is None else [limit - cell.sigma.low]
+    for v, c in mode.slopes.items():
+        end = _until(cell.entry[v], c, (mode.allowed or {}).get(v, EVERYTHING))
+        if end is not None:
+            ends.append(end)
+    for k in model.leaving[cell.mode]:
+        edge = model.edge(k)
+        if edge.urgent:
+            end = due(model, cell, edge)
+            if end is not None:
+                ends.append(end)
+    return max(Q(0), min(ends)) if ends else None
+
+
+def _until(entry: Interval, slope: Q, allowed: Interval) -> Q | None:
+    """How long `e + slope * s` can stay inside `allowed`."""
+    if slope > 0 and allowed.high is not None and entry.low is not None:
+        return (allowed.high - entry.low) / slope
+    if slope < 0 and allowed.low is not None and entry.high is not None:
+        return (allowed.low - entry.high) / slope
+    return None
+
+
+def due(model: ClockModel, cell: Cell, edge: ClockEdge) -> Q | None:
+    """A scaled dwell from which on the edge is enabled for every state of the cell, None where none is known."""
+    ends = certain_from(edge.guard, model, cell)
+    if ends is None:
+        return None
+    before = {v: moved(x, model.mode(cell.mode).slopes[v], Q(0), ends) for v, x in cell.entry.items()}
+    narrowed = narrow(closed(edge.guard), before, model.params)
+    if narrowed is None or not certainly_lands(model, edge, narrowed):
+        return None
+    return ends
+
+
+def certain_from(guard: Formula, model: ClockModel, cell: Cell) -> Q | None:
+    """The scaled dwell from which on every conjunct, each on one variable, holds for all entries and params."""
+    if isinstance(guard, bool):
+        return Q(0) if guard else None
+    members = guard.members if isinstance(guard, Junction) and guard.is_and else (guard,)
+    latest = Q(0)
+    for m in members:
+        at = _literal_from(m, model, cell) if isinstance(m, Literal) else None
+        if at is None:
+            return None
+        latest = max(latest, at)
+    return latest
+
+
+def _literal_from(f: Literal, model: ClockModel, cell: Cell) -> Q | None:
+    found = single(f.polynomial, cell.entry)
+    if found is None or f.op not in ("<", "<="):
+        return None
+    name, factor, rest = found
+    if not all(v in model.params for v in rest.variables):
+        return None
+    top = range_on(rest, model.params)[1]
+    if name is None:
+        return Q(0) if by_bounds(f.op, top, top) else None
+    entry = cell.entry[name]
+    worst = entry.high if factor > 0 else entry.low
+    slope = factor * model.mode(cell.mode).slopes[name]
+    if worst is None or slope > 0:
+        return None
+    now = factor * worst + top
+    if by_bounds(f.op, now, now):
+        return Q(0)
+    return now / -slope if slope else None
+
+
+def certainly_lands(model: ClockModel, edge: ClockEdge, before: Box) -> bool:
+    """Whether every outcome of the edge from the box lies in the target's domain."""
+    after = outcome(model, edge, before)
+
+    def of(leaf: Literal) -> bool | None:
+        inside = image_or_none(leaf.polynomial, after, model)
+        if inside is None or inside.low is None or inside.high is None:
+            return _half_bounded(leaf, inside)
+        return by_bounds(leaf.op, inside.low, inside.high)
+
+    return truth(model.mode(edge.target).domain, of) is True
+
+
+def _half_bounded(leaf: Literal, inside: Interval | None) -> bool | None:
+    if inside is None or inside.high is None:
+        return None
+    return True if leaf.op == "<=" and inside.high <= 0 else None
+
+
+def image_or_none(p: Polynomial, box: Box, model: ClockModel) -> Interval | None:
+    """An interval around `p` on the box, None where a variable is unknown."""
+    return image(p, box, model.params) if all(v in box or v in model.params for v in p.variables) else None
+
+
+def outcome(model: ClockModel, edge: ClockEdge, before: Box) -> Box:
+    """The box of outcomes, the target's domain not yet considered."""
+    after = dict(before)
+    for v, reset in edge.resets.items():
+        low = image(reset.low, before, model.params)
+        after[v] = low if not reset.is_set else Interval(low.low, image(reset.high, before, model.params).high)
+    return after
+
+
+def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None) -> Exit | None:
+    """How an edge leaves a cell: guard and both domains taken variable by variable, None where that leaves nothing."""
+    mode = model.mode(cell.mode)
+    if mode.allowed is None or model.mode(edge.target).allowed is None:
+        return None
+    reach = {v: moved(x, mode.slopes[v], Q(0), cell.dwell).meet(mode.allowed[v]) for v, x in cell.entry.items()}
+    if any(x.is_empty for x in reach.values()):
+        return None
+    gate = narrow(closed(edge.guard) if edge.urgent else edge.guard, reach, model.params)
+    if gate is None:
+        return None
+    during = _during(mode, cell, gate)
+    if during is None or (limit is not None and cell.sigma is not None and (cell.sigma.low or Q(0)) + during[0] > limit):
+        return None
+    before = {v: moved(x, mode.slopes[v], *during).meet(gate[v]).closed for v, x in cell.entry.items()}
+    if any(x.is_empty for x in before.values()):
+        return None
+    after = narrow(model.mode(edge.target).domain, outcome(model, edge, before), model.params)
+    if after is None:
+        return None
+    sigma = None if cell.sigma is None else moved(cell.sigma, Q(1), *during)
+    if sigma is not None and limit is not None and sigma.high is not None:
+        sigma = sigma.meet(Interval(None, limit))
+    return Exit(edge.index, during, before, {v: x.closed for v, x in after.items()}, sigma)
+
+
+def _during(mode: ClockMode, cell: Cell, gate: Box) -> tuple[Q, Q | None] | None:
+    """The scaled dwells at which some entry is inside the gate in every variable."""
+    whole = Interval(Q(0), cell.dwell)
+    for v, c in mode.slopes.items():
+        if c:
+            whole = whole.meet(_dwells(cell.entry[v], c, gate[v]))
+    return None if whole.is_empty or whole.low is None else (whole.low, whole.high)
+
+
+def _dwells(entry: Interval, c: Q, gate: Interval) -> Interval:
+    if c > 0:
+        low = None if gate.low is None or entry.high is None else (gate.low - entry.high) / c
+        high = None if gate.high is None or entry.low is None else (gate.high - entry.low) / c
+        return Interval(low, high, gate.open_low, gate.open_high)
+    low = None if gate.high is None or entry.low is None else (gate.high - entry.low) / c
+    high = None if gate.low is None or entry.high is None else (gate.low - entry.high) / c
+    return Interval(low, high, gate.open_high, gate.open_low)
+
+
+def landings(model: ClockModel, cell: Cell, out: Exit) -> Iterator[Cell]:
+    """The cells that an exit enters, one for each value of the discrete variables."""
+    target = model.edge(out.edge).target
+    jumps = None if cell.jumps is None else cell.jumps + 1
+    for entry in _split_discrete(model, out.after):
+        yield Cell(target, dict(entry), out.sigma, jumps)
+
+
+def _left_window(found: Cells) -> tuple[str, str] | None:
+    model = found.model
+    for cell in found.cells:
+        mode = model.mode(cell.mode)
+        for v, window in model.windows.items():
+            states = moved(cell.entry[v], mode.slopes[v], Q(0), cell.dwell).meet((mode.allowed or {}).get(v, EVERYTHING))
+            if not window.contains(states):
+                end = "without bound" if states.high is None else f"to {states.high}"
+                return "window", f"`{v}` may leave its declared range in mode {mode.name} (it runs {end})"
+    return None
+
+
+def conditions(*formulas: Formula) -> Formula:
+    """All of them together."""
+    return conjunction(formulas)
