@@ -7,15 +7,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
 
-from haverify.diagnostics.allow import can_be_accepted
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
+from haverify.report.allow import can_be_accepted
 from haverify.text.source import Source
 from haverify.text.span import Span
 
 
 @dataclass(frozen=True, slots=True)
 class FindingEntry:
-    """An accepted finding of `spec`: `key` is its message or stands for it, `text` is what was marked. Lines may move."""
+    """An accepted finding of `spec`: `key` is its message or stands for it, `text` is what it marks. Lines may move."""
 
     spec: str
     code: str

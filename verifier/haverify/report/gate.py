@@ -11,6 +11,7 @@ from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
 from haverify.report.expected import margin_problem
+from haverify.report.report import Word
 
 OK, WRONG, UNREADABLE, UNDECIDED, FAULT, NOTHING = 0, 1, 2, 3, 4, 5
 INTERRUPTED = 130
@@ -27,6 +28,7 @@ MEANING = {
     INTERRUPTED: "interrupted; what is shown is incomplete",
 }
 
+_WORDS: dict[type[Verdict], Word] = {Proved: "proved", Refuted: "refuted", Unknown: "unknown"}
 _CODE_OF_UNKNOWN = {"inductive": "HA605", "budget": "HA702", "enclosure": "HA703", "window": "HA707", "jumps": "HA708"}
 
 
@@ -35,9 +37,9 @@ def worst(codes: Iterable[int]) -> int:
     return min(codes, key=_PRECEDENCE.index, default=NOTHING)
 
 
-def word(verdict: Verdict) -> str:
+def word(verdict: Verdict) -> Word:
     """`proved`, `refuted` or `unknown`."""
-    return {Proved: "proved", Refuted: "refuted", Unknown: "unknown"}[type(verdict)]
+    return _WORDS[type(verdict)]
 
 
 @dataclass(frozen=True, slots=True)

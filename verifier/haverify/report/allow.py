@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from haverify.diagnostics.codes import CATALOGUE, is_meaningless, pages
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
-
-if TYPE_CHECKING:
-    from haverify.model.spec import Allowed
-    from haverify.text.span import Span
+from haverify.model.spec import Allowed
+from haverify.text.span import Span
 
 _NEVER = ("HA7", "HA8")  # verdicts and bookkeeping are not findings about the model
 

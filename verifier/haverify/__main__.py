@@ -1,0 +1,7 @@
+"""`python -m haverify`."""
+
+import sys
+
+from haverify.cli import main
+
+sys.exit(main())

@@ -1,0 +1,101 @@
+"""The commands that are built, with their options."""
+
+from __future__ import annotations
+
+import argparse
+
+_CODES = """\
+exit codes: 0 all as expected; 1 a claim decided otherwise, or a new error finding; 2 call or input cannot be
+understood; 3 a claim is unknown; 4 a fault of haverify; 5 nothing was checked; 130 interrupted"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the command line; a command's name is `command`."""
+    top = argparse.ArgumentParser(
+        prog="haverify",
+        description="Prove or refute what .ha specs claim, with evidence that a second program re-checks.",
+        epilog=_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _init, _doctor):
+        add(commands)
+    return top
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from haverify.report.version import VERSION
+
+        parser.exit(message=f"haverify {VERSION}\n")
+
+
+_Commands = argparse._SubParsersAction  # the type argparse gives no public name
+
+
+def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("check", help="decide every claim, re-check the evidence, write a report")
+    p.add_argument("files", nargs="+", metavar="FILE.ha")
+    p.add_argument("-p", "--property", metavar="NAME", help="decide one claim only")
+    p.add_argument("--budget", metavar="TIME", help="safety net in time for each claim (default 60s)")
+    p.add_argument("--jobs", type=int, metavar="N", help="processes that share the claims (default 1)")
+    p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
+    where = p.add_mutually_exclusive_group()
+    where.add_argument("--report", metavar="DIR", help="where the report goes (default reports/<stem>/)")
+    where.add_argument("--no-report", action="store_true", help="keep no report")
+    p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+    p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
+    p.add_argument(
+        "--grade", choices=("checked", "enclosed", "solver"), help="the weakest trust to accept for a verdict"
+    )
+
+
+def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("lint", help="findings only; no claim is decided")
+    p.add_argument("files", nargs="+", metavar="FILE.ha")
+    p.add_argument("--fix", action="store_true", help="apply the safe fixes")
+    p.add_argument("--unsafe-fixes", action="store_true", help="apply proposed fixes too; read the difference")
+    p.add_argument("--select", metavar="CODES", help="only findings whose code starts so: HA2,HA303")
+    p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
+    p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
+
+
+def _accept(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("accept", help="record today's findings and known violations in haverify.lock")
+    p.add_argument("file", metavar="FILE.ha")
+    p.add_argument("--reason", required=True, metavar="TEXT", help="why they are accepted")
+    p.add_argument("--select", metavar="CODES", help="only findings whose code starts so, and no claims")
+    p.add_argument("--lock", metavar="FILE", help="the file to write (default: the nearest, else beside the spec)")
+
+
+def _fmt(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("fmt", help="bring specs into the one layout")
+    p.add_argument("files", nargs="+", metavar="FILE.ha")
+    p.add_argument("--check", action="store_true", help="change nothing; exit code 1 if a file would change")
+    p.add_argument("--diff", action="store_true", help="change nothing; print what would change")
+
+
+def _expand(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("expand", help="print the desugared core, itself valid .ha")
+    p.add_argument("file", metavar="FILE.ha")
+
+
+def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("explain", help="the manual page of a finding or of an analysis")
+    p.add_argument("topic", metavar="CODE", help="a code (HA303) or an analysis (poly-range)")
+
+
+def _recheck(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("recheck", help="re-establish a report by the independent checker")
+    p.add_argument("folder", metavar="DIR", help="a report folder")
+    p.add_argument("--strict", action="store_true", help="refuse what is beyond the checker")
+
+
+def _init(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("init", help="write a commented starter spec")
+    p.add_argument("file", nargs="?", default="model.ha", metavar="FILE.ha", help="default model.ha")
+
+
+def _doctor(commands: _Commands[argparse.ArgumentParser]) -> None:
+    commands.add_parser("doctor", help="versions, and the kernel's rounding self-test")

@@ -1,0 +1,70 @@
+"""`haverify lint`: findings only, and fixes for those that have one."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from haverify.cli.output import codes, put, wants_colour
+from haverify.diagnostics.render import render_all
+from haverify.errors import UsageError
+from haverify.report.findings import finding, github
+from haverify.report.gate import UNREADABLE, finding_code, worst
+from haverify.run.examine import Examined, examine
+from haverify.run.fix import apply
+from haverify.run.settings import settings
+
+
+def run(called: argparse.Namespace) -> int:
+    """Lint each file; exit code 0, 1, 2."""
+    here = settings(Path.cwd())
+    lock = called.lock or here.lock
+    if lock is not None and not Path(lock).is_file():
+        raise UsageError(f"{lock}: there is no such lock file")
+    results, exits = list[Examined](), list[int]()
+    for path in called.files:
+        try:
+            results.append(_examine(path, lock, called))
+        except UsageError as e:
+            print(f"haverify: {e}", file=sys.stderr)
+            exits.append(UNREADABLE)
+    exits += [finding_code(e.found, e.accepted) for e in results]
+    _show(results, called.format or here.format or "text")
+    return worst(exits)
+
+
+def _examine(path: str, lock: str | None, called: argparse.Namespace) -> Examined:
+    """The findings of a spec, after the fixes that were asked for."""
+    place = Path(lock) if lock else None
+    examined = examine(path, place, codes(called.select))
+    if called.fix or called.unsafe_fixes:
+        fixed = apply(examined.new, examined.sources, called.unsafe_fixes)
+        for text in fixed:
+            print(f"fixed: {text}", file=sys.stderr)
+        if fixed:
+            examined = examine(path, place, codes(called.select))
+    return examined
+
+
+def _show(results: list[Examined], form: str) -> None:
+    if form == "text":
+        for e in results:
+            put(_text(e))
+        return
+    found = [finding(d, e.sources, e.accepted.get(d)) for e in results for d in e.found]
+    if form == "github":
+        put(github(found))
+    else:
+        from haverify.report.as_json import findings_as_json
+
+        put(findings_as_json(found))
+
+
+def _text(e: Examined) -> str:
+    shown = render_all(e.new, e.sources, wants_colour())
+    parts = [f"{len(e.new)} finding{'s' if len(e.new) != 1 else ''}" if e.new else "no findings"]
+    parts += [f"{len(e.accepted)} accepted with a reason"] if e.accepted else []
+    fixable = sum(d.fix is not None and d.fix.safe for d in e.new)
+    parts += [f"{fixable} can be fixed by --fix"] if fixable else []
+    return (shown + "\n" if shown else "") + f"{e.path}: {', '.join(parts)}\n"

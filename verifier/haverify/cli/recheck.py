@@ -1,0 +1,52 @@
+"""`haverify recheck`: a report re-established by the independent checker, and its core by reading the spec again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from haverify.report.gate import OK, UNREADABLE, WRONG, worst
+from haverify.run.recheck import command
+
+
+def run(called: argparse.Namespace) -> int:
+    """Exit code 0 only if the inputs give this core and `hacheck` re-establishes every verdict; else as `hacheck`."""
+    folder = Path(called.folder)
+    inputs = _inputs(folder)
+    sys.stdout.flush()
+    answer = subprocess.run(command(folder, *(["--strict"] if called.strict else [])), check=False).returncode
+    return worst([inputs, answer if answer in (0, 1, 2, 5) else 4])
+
+
+def _inputs(folder: Path) -> int:
+    """Read the spec of a report again, if it is there, and compare its core byte for byte."""
+    try:
+        report = json.loads((folder / "report.json").read_bytes())
+        core = (folder / "core.json").read_bytes()
+        path = Path(report["spec"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return UNREADABLE
+    if not path.is_file():
+        print(f"{path}: not here, so the core is taken as it is")
+        return OK
+    text = _core_again(str(path))
+    if text is None:
+        print(f"{path}: cannot be read as it could when the report was made")
+        return WRONG
+    if text.encode() != core:
+        print(f"{path}: gives another core than {folder}/core.json; the report is about another version of it")
+        return WRONG
+    print(f"{path}: read again, gives the same core")
+    return OK
+
+
+def _core_again(path: str) -> str | None:
+    from haverify.model.core import core_text
+    from haverify.run.load import load
+
+    loaded: Any = load(path)
+    return core_text(loaded.spec) if loaded.spec is not None else None

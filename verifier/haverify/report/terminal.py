@@ -1,0 +1,121 @@
+"""The summary on the terminal: a line per claim, what needs attention, counts, what the exit code means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from haverify.report.gate import MEANING
+from haverify.report.report import Claim, Margin, Part, Report, Run
+
+_PARTS = 60  # violated parts of one claim that are printed
+_LINES = 100  # claims that have a line of their own; what is not as expected always has
+
+_COLOUR = {"proved": "\x1b[32m", "refuted": "\x1b[31m", "unknown": "\x1b[33m"}
+_RESET = "\x1b[0m"
+
+
+def summary(report: Report, colour: bool = False) -> str:
+    """What one spec's report says, for people."""
+    head = f'{report.spec}: "{report.title}"' if report.title else report.spec
+    blocks = [head, *([_table(report.claims, colour)] if report.claims else [])]
+    blocks += [text for claim in report.claims if (text := _details(claim))]
+    return "\n\n".join([*blocks, _counts(report)]) + "\n"
+
+
+def closing(exit_code: int, folders: Iterable[str]) -> str:
+    """The last lines: where the reports are, and what the exit code means."""
+    lines = [f"report: {folder}" for folder in folders]
+    return "\n".join([*lines, f"exit code {exit_code}: {MEANING[exit_code]}"]) + "\n"
+
+
+def _table(claims: list[Claim], colour: bool) -> str:
+    shown = claims if len(claims) <= _LINES else [c for c in claims if not c.ok][:_LINES]
+    width = max((len(c.name) for c in shown), default=0)
+    rows = [_row(c, min(width, 40), colour) for c in shown]
+    if len(shown) < len(claims):
+        rows.append(f"  ... and {len(claims) - len(shown)} more claims in the report")
+    return "\n".join(rows)
+
+
+def _row(c: Claim, width: int, colour: bool) -> str:
+    word = f"{c.verdict:<7}"
+    if colour:
+        word = f"{_COLOUR[c.verdict]}{word}{_RESET}"
+    mark = "ok" if c.ok else "!!"
+    remark = ""
+    if not c.ok:
+        remark = f"expected {c.expected}" if c.verdict != c.expected else c.problems[0] if c.problems else "see below"
+    elif c.verdict != "proved":
+        remark = "as expected"
+    tail = [text for text in (remark, _margin(c.margin)) if text]
+    return f"  {mark} {word}  {c.name:<{width}}  {'; '.join(tail)}".rstrip()
+
+
+def _margin(m: Margin | None) -> str:
+    if m is None:
+        return ""
+    at = f" at {m.at}" if m.at else ""
+    return f"margin {m.decimal} {m.unit}".rstrip() + at
+
+
+def _details(c: Claim) -> str:
+    """What there is to say beyond the line in the table; nothing for a claim that is proved as expected."""
+    bad = [p for p in c.parts if p.verdict == "refuted"]
+    if c.ok and c.verdict == "proved":
+        return ""
+    place = f" ({c.path}:{c.line})" if c.path else ""
+    lines = [f"{c.name}{place}: {c.verdict}, expected {c.expected}"]
+    if c.text:
+        lines += [f"    {line.strip()}" for line in c.text.strip().splitlines()]
+    lines += [f"  problem: {p}" for p in c.problems]
+    lines += _why_unknown(c) if c.verdict == "unknown" else []
+    for part in bad[:_PARTS]:
+        lines += _part(part)
+    if len(bad) > _PARTS:
+        lines.append(f"  ... and {len(bad) - _PARTS} more violated parts in the report")
+    lines += _run(c.run) if c.run and c.verdict == "refuted" and not c.ok else []
+    return "\n".join(lines + [f"  note: {n}" for n in c.notes])
+
+
+def _why_unknown(c: Claim) -> list[str]:
+    facts = (("why", c.reason), ("reached", c.reached), ("nearest", c.nearest), ("try", c.next_step))
+    return [f"  {name}: {text}" for name, text in facts if text]
+
+
+def _part(p: Part) -> list[str]:
+    where = f"{p.mode}, {p.output}" if p.output else p.mode
+    lines = [f"  violated in {where}: {p.text}" if p.text else f"  violated in {where}"]
+    lines += [f"      {fact}" for fact in p.facts]
+    if not p.facts and p.margin:
+        lines.append(f"      {_margin(p.margin)}")
+    if p.cells:
+        lines.append(f"      reads {', '.join(p.cells)}")
+    return lines
+
+
+def _run(run: Run) -> list[str]:
+    """The run in one line per mode."""
+    lines = ["  a run that violates it:"]
+    for mode, time, state in zip(run.mode_path, run.times_decimal, run.states_decimal, strict=False):
+        values = ", ".join(f"{name} = {value}" for name, value in state.items())
+        lines.append(f"    t = {time} s: {mode}" + (f" with {values}" if values else ""))
+    if run.times_decimal and len(run.times_decimal) > len(run.mode_path):
+        lines.append(f"    violated at t = {run.times_decimal[-1]} s")
+    return lines
+
+
+def _counts(report: Report) -> str:
+    s = report.summary
+    counts = [f"{n} {word}" for n, word in ((s.proved, "proved"), (s.refuted, "refuted"), (s.unknown, "unknown")) if n]
+    total = len(report.claims)
+    lines = (
+        [f"{', '.join(counts) or 'no claims'}; {s.ok} of {total} as expected"] if total else ["no claim was decided"]
+    )
+    findings = [f"{n} {word}" for n, word in ((s.errors, "errors"), (s.warnings, "warnings")) if n]
+    accepted = f"{s.accepted} accepted with a reason" if s.accepted else ""
+    if findings or accepted:
+        lines.append("findings: " + ", ".join([*findings, *([accepted] if accepted else [])]))
+    checked = sum(c.trust == "checked" for c in report.claims)
+    if checked:
+        lines.append(f"{checked} of {s.proved + s.refuted} verdicts re-checked by the independent checker, hacheck")
+    return "\n".join(lines if report.complete else [*lines, "INCOMPLETE: the run was interrupted"])

@@ -1,0 +1,183 @@
+"""A run walked for display: the modes, instants and states on its way, with exact numbers.
+
+It adds nothing to what makes a run believed: `hacheck` walks every run on its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from operator import ge, gt, le, lt
+
+from haverify.evidence.run import Run, Step
+from haverify.maths.digits import rational_text
+from haverify.model.expression import Expr
+from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
+from haverify.model.spec import Spec
+from haverify.report import report
+from haverify.report.numbers import decimal
+
+State = dict[str, Fraction]
+
+
+class _NotExact(Exception):
+    """A value on the way is no rational; the run is shown up to there."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Scope:
+    """What names mean: values of variables and params, definitions of constants and lets."""
+
+    state: State
+    params: State
+    definitions: dict[tuple[str, str], Expr]
+    enums: dict[str, tuple[str, ...]]
+    time: Fraction
+
+
+def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
+    """The run with its modes, edges, instants and states; it ends early where a value is no rational."""
+    modes, edges, times, states = [run.mode], list[str](), [Fraction(0)], [dict(run.values)]
+    try:
+        for step in run.steps:
+            edge = automaton.edges[step.edge]
+            _advance(spec, automaton, run, step.dwell, modes[-1], times, states)
+            states[-1] = _after(_scope(spec, automaton, run, modes[-1], times[-1], states[-1]), edge, step, states[-1])
+            modes.append(edge.target)
+            edges.append(edge.name)
+        _advance(spec, automaton, run, run.last, modes[-1], times, states)
+    except (_NotExact, ZeroDivisionError, IndexError, KeyError):
+        times, states = times[: len(modes)], states[: len(modes)]
+    return _shown(modes, edges, times, states, run, violation)
+
+
+def _shown(
+    modes: list[str], edges: list[str], times: list[Fraction], states: list[State], run: Run, violation: str | None
+) -> report.Run:
+    return report.Run(
+        mode_path=modes,
+        edges=edges,
+        times=[rational_text(t) for t in times],
+        times_decimal=[decimal(t) for t in times],
+        states=[{name: rational_text(q) for name, q in state.items()} for state in states],
+        states_decimal=[{name: decimal(q) for name, q in state.items()} for state in states],
+        params={name: rational_text(q) for name, q in run.params},
+        violation=violation,
+    )
+
+
+def _advance(
+    spec: Spec,
+    automaton: HybridAutomaton,
+    run: Run,
+    dwell: Fraction,
+    mode: str,
+    times: list[Fraction],
+    states: list[State],
+) -> None:
+    """Append the instant and the state after dwelling: every rate is constant along a clock-driven run."""
+    scope = _scope(spec, automaton, run, mode, times[-1], states[-1])
+    state = dict(states[-1])
+    for line in _mode(automaton, mode).flow:
+        if isinstance(line.rate, Range):
+            raise _NotExact
+        state[line.var] += dwell * _value(line.rate, scope)
+    times.append(times[-1] + dwell)
+    states.append(state)
+
+
+def _after(scope: _Scope, edge: Edge, step: Step, before: State) -> State:
+    chosen = dict(step.values)
+    values = {a.var: chosen[a.var] if isinstance(a.to, Range) else _value(a.to, scope) for a in edge.resets}
+    return {**before, **values}
+
+
+def _mode(automaton: HybridAutomaton, name: str) -> Mode:
+    return next(m for m in automaton.modes if m.name == name)
+
+
+def _scope(spec: Spec, automaton: HybridAutomaton, run: Run, mode: str, time: Fraction, state: State) -> _Scope:
+    lets = [*automaton.lets, *_mode(automaton, mode).lets]
+    constants = [c for c in (*spec.constants, *automaton.constants) if isinstance(c.value, Expr)]
+    definitions: dict[tuple[str, str], Expr] = {("let", let.name): let.expr for let in lets}
+    definitions.update({("const", c.name): c.value for c in constants if isinstance(c.value, Expr)})
+    return _Scope(state, dict(run.params), definitions, {e.name: e.values for e in spec.enums}, time)
+
+
+def _value(e: Expr, scope: _Scope) -> Fraction:
+    if e.op == "num":
+        return Fraction(e.args[0])  # type: ignore[arg-type]
+    if e.op == "time":
+        return scope.time
+    if e.op == "var":
+        return scope.state[e.name]
+    if e.op == "param":
+        return scope.params[e.name]
+    if e.op in ("const", "let"):
+        return _value(scope.definitions[e.op, e.name], scope)
+    if e.op == "sym":
+        return Fraction(scope.enums[str(e.args[0])].index(str(e.args[1])))
+    if e.op == "scale" and e.args[1] == 0:
+        return Fraction(e.args[0]) * _value(e.children[0], scope)  # type: ignore[arg-type]
+    if e.op == "if":
+        return _value(e.children[1 if _truth(e.children[0], scope) else 2], scope)
+    if e.op in ("true", "false", *_COMPARISONS, *_CONNECTIVES):
+        return Fraction(_truth(e, scope))
+    if e.op not in _FUNCTIONS:
+        raise _NotExact
+    return _FUNCTIONS[e.op]([_value(c, scope) for c in e.children])
+
+
+def _product(factors: Iterable[Fraction]) -> Fraction:
+    product = Fraction(1)
+    for f in factors:
+        product *= f
+    return product
+
+
+def _power(args: list[Fraction]) -> Fraction:
+    base, exponent = args
+    if exponent.denominator != 1 or abs(exponent) > 1000:
+        raise _NotExact
+    return base ** int(exponent)
+
+
+_FUNCTIONS: dict[str, Callable[[list[Fraction]], Fraction]] = {
+    "+": lambda v: sum(v, Fraction(0)),
+    "-": lambda v: v[0] - v[1],
+    "neg": lambda v: -v[0],
+    "*": _product,
+    "/": lambda v: v[0] / v[1],
+    "^": _power,
+    "abs": lambda v: abs(v[0]),
+    "min": min,
+    "max": max,
+    "clamp": lambda v: min(max(v[0], v[1]), v[2]),
+}
+
+_COMPARISONS: dict[str, Callable[[Fraction, Fraction], bool]] = {
+    "<": lt,
+    "<=": le,
+    ">": gt,
+    ">=": ge,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+}
+
+_CONNECTIVES: dict[str, Callable[[list[bool]], bool]] = {
+    "and": all,
+    "or": any,
+    "not": lambda v: not v[0],
+    "implies": lambda v: not v[0] or v[1],
+}
+
+
+def _truth(e: Expr, scope: _Scope) -> bool:
+    if e.op in ("true", "false"):
+        return e.op == "true"
+    if e.op in _COMPARISONS:
+        return _COMPARISONS[e.op](*(_value(c, scope) for c in e.children))
+    if e.op in _CONNECTIVES:
+        return _CONNECTIVES[e.op]([_truth(c, scope) for c in e.children])
+    return bool(_value(e, scope))

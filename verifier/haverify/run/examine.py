@@ -1,0 +1,90 @@
+"""A spec read and looked over: its findings, and which of them are accepted and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+
+from haverify.diagnostics.codes import is_meaningless
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.diagnostics.order import settle
+from haverify.errors import UsageError
+from haverify.model.spec import Spec
+from haverify.report import allow, baseline
+from haverify.run import lockfile
+from haverify.text.source import Source
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was read and found. `spec` is None where the text has no meaning; `accepted` maps findings to reasons.
+
+    `record` holds the entries of the lock file about this spec, which that file calls `name`.
+    """
+
+    path: str
+    spec: Spec | None
+    sources: Mapping[str, Source]
+    found: list[Diagnostic]
+    accepted: dict[Diagnostic, str]
+    record: baseline.Baseline = field(default_factory=baseline.Baseline)
+    lock: Path | None = None
+    name: str = ""
+
+    @property
+    def has_meaning(self) -> bool:
+        """Whether every part of the spec has a meaning."""
+        return self.spec is not None and not any(is_meaningless(d) for d in self.found)
+
+    @property
+    def new(self) -> list[Diagnostic]:
+        """The findings that no reason accepts."""
+        return [d for d in self.found if d not in self.accepted]
+
+
+def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = ()) -> Examined:
+    """Read a spec and lint it; with `select`, only findings whose code starts so are kept.
+
+    Raises
+    ------
+    UsageError      if the spec or its lock file cannot be read
+    """
+    from haverify.run.load import load
+
+    if not Path(path).is_file():
+        raise UsageError(f"{path}: there is no such file")
+    loaded = load(path)
+    sources = dict(loaded.sources)
+    found = list(loaded.diagnostics)
+    if loaded.spec is not None and not any(is_meaningless(d) for d in found):
+        from haverify.lint._registry import run_lint
+
+        found += run_lint(loaded.spec, sources)
+    kept = [d for d in settle(found) if _selected(d, select)]
+    return _with_reasons(Examined(path, loaded.spec, sources, kept, {}), lock, bool(select))
+
+
+def _selected(d: Diagnostic, select: tuple[str, ...]) -> bool:
+    return not select or is_meaningless(d) or d.code.startswith(select)
+
+
+def _with_reasons(e: Examined, lock: Path | None, is_partial: bool) -> Examined:
+    """The same with what `@allow` and the lock file accept, and findings about these two."""
+    file = lock or lockfile.nearest(Path(e.path))
+    sources, record, name = dict(e.sources), baseline.Baseline(), ""
+    if file is not None:
+        everything, source = lockfile.read(file)
+        name = lockfile.name_in(file, Path(e.path))
+        record, sources[source.path] = everything.of(name), source
+    today = date.today()
+    allowed = e.spec.allowed if e.spec else ()
+    accepted = allow.allow(e.found, allowed)
+    others = [d for d in e.found if d not in accepted]
+    accepted |= baseline.accept(others, record.findings, sources, today)
+    about = []
+    if e.spec is not None and e.has_meaning and not is_partial:
+        claims = {c.name for c in e.spec.claims if c.expect and c.expect.verdict == "refuted"}
+        about = allow.about(allowed, e.found) + baseline.stale(record, others, claims, sources, today)
+    return Examined(e.path, e.spec, sources, settle([*e.found, *about]), accepted, record, file, name)

@@ -1,0 +1,92 @@
+"""Hashes of what verdicts depend on: for the cache, and the reproducibility hash of a report."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from haverify.report.version import LANGUAGE, VERSION
+
+_ALWAYS = ("units", "enums", "params", "inputs", "tables", "networks", "assumptions", "relations")
+_FAMILIES = ("automata", "systems", "cellular", "fuzzy")
+
+
+def digest(value: Any) -> str:
+    """SHA-256 of the canonical JSON of a value."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+@cache
+def code_hash() -> str:
+    """SHA-256 over the source of haverify and hacheck: evidence from other code is not reused."""
+    total = hashlib.sha256()
+    root = Path(__file__).parents[2]
+    for package in ("haverify", "hacheck"):
+        for path in sorted((root / package).rglob("*.py")):
+            total.update(f"{path.relative_to(root).as_posix()}\0".encode() + path.read_bytes() + b"\0")
+    return total.hexdigest()
+
+
+def reproducibility(core: str, inputs: Iterable[str], options: Mapping[str, str], versions: Mapping[str, str]) -> str:
+    """The hash of a report: core, contents of all files, options, language and tool versions."""
+    return digest([core, sorted(inputs), dict(options), LANGUAGE, VERSION, dict(versions)])
+
+
+class Cones:
+    """What each claim of a core depends on: the model it is about, and the claim itself with what it uses."""
+
+    def __init__(self, core: Mapping[str, Any], versions: Mapping[str, str]) -> None:
+        self._constants = {c["name"]: c for c in core["constants"]}
+        self._claims = {c["name"]: c for c in core["claims"]}
+        self._shared = [{key: core.get(key) for key in _ALWAYS}, dict(versions), VERSION]
+        self._automata = {a["name"]: a for a in core["automata"]}
+        self._rest = {key: core.get(key) for key in _FAMILIES}
+        self._models: dict[str | None, str] = {}
+
+    def model(self, claim: str) -> str:
+        """The key of the model a claim is about: its automaton with the constants it mentions, else everything."""
+        on = self._claims[claim]["on"]
+        if on not in self._models:
+            about = self._automata.get(on, self._rest)
+            self._models[on] = digest([self._shared, about, self._mentioned(about)])
+        return self._models[on]
+
+    def claim(self, name: str) -> str:
+        """The key of a claim: what it says and uses, without what it expects."""
+        asked = [{**self._claims[n], "expect": None} for n in self._uses(name)]
+        return digest([asked, self._mentioned(asked)])
+
+    def _uses(self, name: str) -> list[str]:
+        found = [name]
+        for n in found:
+            found += [u for u in self._claims[n]["using"] if u in self._claims and u not in found]
+        return found
+
+    def _mentioned(self, value: Any) -> list[Any]:
+        """The constants that occur in a value, or in one of these, in order of name."""
+        names = _constants(value)
+        waiting = list(names)
+        while waiting:
+            found = _constants(self._constants.get(waiting.pop())) - names
+            names |= found
+            waiting += found
+        return [self._constants[n] for n in sorted(names) if n in self._constants]
+
+
+def _constants(value: Any) -> set[str]:
+    """The names in `["const", name]` nodes of a JSON value."""
+    found = set()
+    stack = [value]
+    while stack:
+        v = stack.pop()
+        if isinstance(v, dict):
+            stack.extend(v.values())
+        elif isinstance(v, list):
+            if len(v) == 2 and v[0] == "const" and isinstance(v[1], str):
+                found.add(v[1])
+            stack.extend(x for x in v if isinstance(x, list | dict))
+    return found
