@@ -1,0 +1,184 @@
+"""What rules share: scopes, outcomes of edges, texts of spans, decisions, and the findings nobody could decide."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.lint._wording import edge_name
+from haverify.maths.polynomial import Polynomial, variable
+from haverify.model.expression import Expr
+from haverify.model.hybrid import Assign, Edge, HybridAutomaton, Init, Mode
+from haverify.model.spec import Spec
+from haverify.solvers.answer import Answer, Contradiction, Holds, Undecided
+from haverify.solvers.conditions import Condition, decide
+from haverify.solvers.frame import Frame, Scope
+from haverify.solvers.literals import Case, Literal, TooManyCasesError, terms
+from haverify.text.source import Source
+from haverify.text.span import Span
+
+AFTER = "'"  # ends the name of the value an edge chooses
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What assignments make of the variables: `values`, under the condition `case`, both read before them."""
+
+    values: Mapping[str, Polynomial]
+    case: Case
+
+
+@dataclass
+class Facts:
+    """Derived facts about one spec, computed when first asked for."""
+
+    spec: Spec
+    sources: Mapping[str, Source] = field(default_factory=dict)
+    undecided: list[Diagnostic] = field(default_factory=list)
+    _scopes: dict[str, Scope] = field(default_factory=dict)
+    _starts: dict[str, bool] = field(default_factory=dict)
+
+    # ---- texts -------------------------------------------------------------------
+
+    def text(self, span: Span | None) -> str:
+        """The text of a span, empty where it is not known."""
+        source = self.sources.get(span.path) if span else None
+        return source.at(span) if source and span else ""
+
+    # ---- names -------------------------------------------------------------------
+
+    def scope(self, automaton: HybridAutomaton | None) -> Scope:
+        """The scope of an automaton, or of the top level."""
+        name = automaton.name if automaton else ""
+        if name not in self._scopes:
+            self._scopes[name] = Scope(self.spec, automaton)
+        return self._scopes[name]
+
+    def frame(self, automaton: HybridAutomaton | None, mode: Mode | None = None) -> Frame:
+        """How names are read in a mode of an automaton."""
+        return Frame(self.scope(automaton), mode)
+
+    @cached_property
+    def automata(self) -> dict[str, HybridAutomaton]:
+        return {a.name: a for a in self.spec.automata}
+
+    @cached_property
+    def synced(self) -> frozenset[str]:
+        """Names of edges that some interaction mentions: they do not fire alone."""
+        named = (e for s in self.spec.systems for sync in s.syncs for e in (*sync.edges, *sync.listeners))
+        return frozenset(e.rsplit(".", 1)[-1] for e in named)
+
+    def modes(self, automaton: HybridAutomaton) -> dict[str, Mode]:
+        """The modes of an automaton by name."""
+        return {m.name: m for m in automaton.modes}
+
+    # ---- resets ------------------------------------------------------------------
+
+    def outcomes(self, frame: Frame, assigns: Sequence[Assign], mark: str = AFTER) -> list[Outcome]:
+        """The values of the variables after assignments whose right sides are read in `frame`.
+
+        A value chosen from a set is an unknown: the variable's name with `mark`.
+
+        Raises
+        ------
+        TooManyCasesError       where the right sides have too many cases
+        """
+        found = [Outcome(frame.values, ())]
+        for assign in assigns:
+            found = [
+                Outcome({**o.values, assign.var: value}, o.case + case)
+                for o in found
+                for case, value in _assigned(assign, frame, mark)
+            ]
+        return found
+
+    # ---- decisions ---------------------------------------------------------------
+
+    def decide(
+        self, code: str, place: str, span: Span | None, conditions: Sequence[Condition], case: Case = ()
+    ) -> Answer:
+        """`decide`, with a HA900 for what stays open: `place` says where the check named by `code` was made."""
+        answer = decide(conditions, case)
+        if isinstance(answer, Undecided):
+            self.leave_open(code, place, answer.reason, span)
+        return answer
+
+    def leave_open(self, code: str, place: str, reason: str, span: Span | None) -> None:
+        """Say once that a check could not decide."""
+        message = f"{code} for {place}: {reason}"
+        if all(d.message != message for d in self.undecided):
+            self.undecided.append(Diagnostic("HA900", message, span))
+
+    def jump(
+        self, code: str, automaton: HybridAutomaton, edge: Edge, lands: bool = True, guard: Expr | None = None
+    ) -> Answer:
+        """Whether a state of the source's domain meets the guard and, if `lands`, reaches the target's domain."""
+        modes = self.modes(automaton)
+        source, target = self.frame(automaton, modes[edge.source]), modes[edge.target]
+        before = [Condition(modes[edge.source].domain, source, closed=True), Condition(guard or edge.guard, source)]
+        answers: list[Answer] = []
+        for o in self.reset(code, edge, source):
+            after = [Condition(target.domain, source.after(target, o.values), closed=True)] if lands else []
+            answers.append(self.decide(code, edge_name(edge), edge.span, [*before, *after], o.case))
+        return any_of(answers) if answers else Undecided("the reset has too many cases")
+
+    def reset(self, code: str, edge: Edge, frame: Frame) -> list[Outcome]:
+        """The outcomes of an edge; none, and the check left open, where there are too many."""
+        try:
+            return self.outcomes(frame, edge.resets)
+        except TooManyCasesError:
+            self.leave_open(code, edge_name(edge), "the reset has too many cases", edge.span)
+            return []
+
+    # ---- starts ------------------------------------------------------------------
+
+    def has_start(self, automaton: HybridAutomaton) -> bool:
+        """Whether a start may exist; where there is certainly none nothing else of the automaton is worth reporting."""
+        if automaton.name not in self._starts:
+            self._starts[automaton.name] = any(
+                not isinstance(self.start(automaton, mode, init), Contradiction)
+                for init in automaton.init
+                for mode in allowed(automaton, init)
+            )
+        return self._starts[automaton.name]
+
+    def start(self, automaton: HybridAutomaton, mode: Mode, init: Init, in_domain: bool | None = True) -> Answer:
+        """Whether `init` allows a start in `mode` that is in the domain (`in_domain`), outside, or anywhere (None)."""
+        frame = self.frame(automaton, mode)
+        try:
+            outcomes = self.outcomes(frame, init.assigns)
+        except TooManyCasesError:
+            return Undecided("the start has too many cases")
+        answers = []
+        for o in outcomes:
+            after = frame.after(mode, o.values)
+            conditions = [Condition(init.where, after)]
+            if in_domain is not None:
+                conditions.append(Condition(mode.domain, after, holds=in_domain, closed=True))
+            answers.append(decide(conditions, o.case))
+        return any_of(answers)
+
+
+def allowed(automaton: HybridAutomaton, init: Init) -> list[Mode]:
+    """The modes in which an init line allows to start."""
+    return [m for m in automaton.modes if init.mode in (None, m.name)]
+
+
+def any_of(answers: Sequence[Answer]) -> Answer:
+    """The answer for a disjunction of questions."""
+    for wanted in (Holds, Undecided):
+        for a in answers:
+            if isinstance(a, wanted):
+                return a
+    core = [e for a in answers if isinstance(a, Contradiction) for e in a.core]
+    return Contradiction(tuple(dict.fromkeys(core)))
+
+
+def _assigned(assign: Assign, frame: Frame, mark: str) -> list[tuple[Case, Polynomial]]:
+    if isinstance(assign.to, Expr):
+        return terms(assign.to, frame)
+    chosen = variable(assign.var + mark)
+    low, high = terms(assign.to.low, frame), terms(assign.to.high, frame)
+    return [((*a, *b, Literal(p - chosen, "<="), Literal(chosen - q, "<=")), chosen) for a, p in low for b, q in high]
