@@ -194,7 +194,7 @@ def loaded_by(arguments: list[str]) -> set[str]:
 
 
 SPECS = [str(path.relative_to(ROOT)) for path in sorted((ROOT / "spec").glob("*.ha"))]
-CALLS = [["--help"], ["lint", *SPECS], ["fmt", "--check", *SPECS]] if (VERIFIER / "haverify/cli.py").is_file() else []
+CALLS = [["--help"], ["lint", *SPECS], ["fmt", "--check", *SPECS]] if is_module("haverify.cli") else []
 
 
 @pytest.mark.parametrize("arguments", [[], *CALLS], ids=lambda arguments: " ".join(arguments[:1]) or "import")
