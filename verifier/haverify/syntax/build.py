@@ -30,6 +30,10 @@ def _text(token: Any) -> str:
     return token[0] if token else ""
 
 
+def _doc(text: str) -> str:
+    return text[3:].removeprefix(" ").rstrip(" \t\r")
+
+
 def _string(token: Any) -> str:
     return str(token[0][1:-1])
 
@@ -58,7 +62,7 @@ class Builder:
         return BROKEN
 
     def item(self, c: list[Any], s: int, e: int) -> tree.Item:
-        docs = tuple(child[0][3:].strip(" \t\r") for child in c if type(child) is tuple)
+        docs = tuple(_doc(child[0]) for child in c if type(child) is tuple)
         attributes = tuple(child for child in c[:-1] if type(child) is tree.Attribute)
         return tree.Item(docs, attributes, c[-1], self._span(s, e))
 
@@ -74,7 +78,7 @@ class Builder:
     def spec_hdr(self, c: list[Any], s: int, e: int) -> tree.SpecHeader:
         return tree.SpecHeader(_string(c[0]), _string(c[1]), c[2] is not None, self._span(s, e))
 
-    def import_(self, c: list[Any], s: int, e: int) -> Import:
+    def import_(self, c: list[Any], s: int, e: int) -> tree.Import:
         return tree.Import(_string(c[0]), _text(c[1]) or None, self._span(s, e), self._place(c[0]))
 
     def unit_(self, c: list[Any], s: int, e: int) -> tree.UnitDecl:
@@ -213,12 +217,14 @@ class Builder:
         place = Span(self.path, label.span.start, label.span.start + len(label.name))
         return tree.Declared(label.name, self._member(label.index), None, place)
 
-    def _member(self, index: Any) -> str | None:
-        if index is None or type(index) is tree.Name:
-            return index and index.id
-        if type(index) is tree.Number and index.unit is None:
+    def _member(self, index: tree.Expr | None) -> str | None:
+        if index is None:
+            return None
+        if isinstance(index, tree.Name):
+            return index.id
+        if isinstance(index, tree.Number) and index.unit is None:
             return index.text
-        if type(index) is tree.Bits:
+        if isinstance(index, tree.Bits):
             return index.digits
         self._report("the index of a declared name is one value of an enum", index.span)
         return None

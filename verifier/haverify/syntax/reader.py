@@ -53,7 +53,8 @@ class Reader:
         self._errors = 0
         self._skipped = 0
         self._starters = _starters(language)
-        outside = "|".join(sorted(word for word in language.words if language.words[word] in language.states[0]))
+        first = {word for word, terminal in language.words.items() if terminal in language.states[0]}
+        outside = "|".join(sorted(first | self._starters))
         self._dull_outside = re.compile(DULL.format(also="", more=rf"|}}|[\n;](?![ \t]*(?:(?:{outside})\b|@|/))"))
         self._dull = re.compile(DULL.format(also="", more=""))
         self._dull_list = re.compile(DULL.format(also=",", more=""))
