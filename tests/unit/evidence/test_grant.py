@@ -1,0 +1,43 @@
+"""Only what was re-checked is CHECKED, and what was refused is nothing."""
+
+from tests.unit.report.examples import PROVED, REFUTED, UNKNOWN, evidence, part
+
+from haverify.evidence.evidence import Evidence
+from haverify.evidence.grant import Answer, grant
+from haverify.evidence.verdict import Proved, Trust, Unknown
+
+ACCEPTED, REFUSED, BEYOND = Answer("accepted"), Answer("refused", "hash"), Answer("beyond")
+
+
+def trust(e: Evidence) -> Trust | None:
+    return e.verdict.trust if not isinstance(e.verdict, Unknown) else None
+
+
+def test_accepted_is_checked_and_beyond_is_enclosed() -> None:
+    assert trust(grant(evidence(Proved()), ACCEPTED, Trust.ENCLOSED)) is Trust.CHECKED
+    assert trust(grant(evidence(Proved()), BEYOND, Trust.ENCLOSED)) is Trust.ENCLOSED
+
+
+def test_the_trust_that_an_analysis_claims_counts_for_nothing() -> None:
+    assert trust(grant(evidence(PROVED), BEYOND, Trust.ENCLOSED)) is Trust.ENCLOSED
+
+
+def test_below_the_grade_it_is_unknown() -> None:
+    got = grant(evidence(PROVED), BEYOND, Trust.CHECKED).verdict
+    assert isinstance(got, Unknown)
+    assert got.kind == "grade"
+    assert isinstance(grant(evidence(PROVED), None, Trust.ENCLOSED).verdict, Unknown)
+    assert trust(grant(evidence(PROVED), None, Trust.SOLVER)) is Trust.SOLVER
+
+
+def test_refused_leaves_nothing_decided() -> None:
+    got = grant(evidence(REFUTED, part("PS", REFUTED), part("LR", PROVED), part("TS", UNKNOWN)), REFUSED, Trust.SOLVER)
+    assert isinstance(got.verdict, Unknown)
+    assert all(isinstance(p.verdict, Unknown) for p in got.parts)
+    assert got.certificate is None
+    assert got.run is None
+
+
+def test_unknown_stays_as_it_is() -> None:
+    found = evidence(UNKNOWN, part("PS", UNKNOWN))
+    assert grant(found, None, Trust.CHECKED) is found
