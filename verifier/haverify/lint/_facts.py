@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeVar
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.lint._wording import edge_name
@@ -18,6 +19,8 @@ from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.literals import Case, Literal, TooManyCasesError, terms
 from haverify.text.source import Source
 from haverify.text.span import Span
+
+T = TypeVar("T")
 
 AFTER = "'"  # ends the name of the value an edge chooses
 
@@ -38,7 +41,14 @@ class Facts:
     sources: Mapping[str, Source] = field(default_factory=dict)
     undecided: list[Diagnostic] = field(default_factory=list)
     _scopes: dict[str, Scope] = field(default_factory=dict)
-    _starts: dict[str, bool] = field(default_factory=dict)
+    _memory: dict[object, Any] = field(default_factory=dict)
+
+    def remembered(self, key: object, compute: Callable[[], T]) -> T:
+        """The value computed when `key` was first asked for."""
+        if key not in self._memory:
+            self._memory[key] = compute()
+        found: T = self._memory[key]
+        return found
 
     # ---- texts -------------------------------------------------------------------
 
@@ -136,13 +146,14 @@ class Facts:
 
     def has_start(self, automaton: HybridAutomaton) -> bool:
         """Whether a start may exist; where there is certainly none nothing else of the automaton is worth reporting."""
-        if automaton.name not in self._starts:
-            self._starts[automaton.name] = any(
+        return self.remembered(
+            ("start", automaton.name),
+            lambda: any(
                 not isinstance(self.start(automaton, mode, init), Contradiction)
                 for init in automaton.init
                 for mode in allowed(automaton, init)
-            )
-        return self._starts[automaton.name]
+            ),
+        )
 
     def start(self, automaton: HybridAutomaton, mode: Mode, init: Init, in_domain: bool | None = True) -> Answer:
         """Whether `init` allows a start in `mode` that is in the domain (`in_domain`), outside, or anywhere (None)."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from haverify.lint._facts import Facts
 from haverify.lint._wording import edge_name
-from haverify.model.expression import Expr
+from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Init, Input, Param, Range, Variable
 from haverify.solvers.frame import Frame
 
@@ -59,13 +59,11 @@ def ranges(facts: Facts) -> Iterator[tuple[Range, Frame, str]]:
     """Every interval that is written down, with its frame and what it bounds."""
     spec = facts.spec
     top = facts.frame(None)
-    for declared in (*spec.params, *spec.inputs):
-        yield from _declared(declared, top)
+    yield from _declared((*spec.params, *spec.inputs), top)
     yield from ((c.value, top, c.name) for c in spec.constants if isinstance(c.value, Range))
     for automaton in spec.automata:
         frame = facts.frame(automaton)
-        for owned in (*automaton.params, *automaton.inputs, *automaton.vars):
-            yield from _declared(owned, frame)
+        yield from _declared((*automaton.params, *automaton.inputs, *automaton.vars), frame)
         yield from ((c.value, frame, c.name) for c in automaton.constants if isinstance(c.value, Range))
         yield from _dynamic(facts, automaton)
     for claim in spec.claims:
@@ -73,11 +71,12 @@ def ranges(facts: Facts) -> Iterator[tuple[Range, Frame, str]]:
         yield from ((Range(*g.window), top, "the window") for g in claim.goals if g.window is not None)
 
 
-def _declared(owner: Param | Input | Variable, frame: Frame) -> Iterator[tuple[Range, Frame, str]]:
-    if owner.range is not None:
-        yield owner.range, frame, owner.name
-    if isinstance(owner, Input) and owner.rate is not None:
-        yield owner.rate, frame, f"{owner.name}'"
+def _declared(owners: Iterable[Param | Input | Variable], frame: Frame) -> Iterator[tuple[Range, Frame, str]]:
+    for owner in owners:
+        if owner.range is not None:
+            yield owner.range, frame, owner.name
+        if isinstance(owner, Input) and owner.rate is not None:
+            yield owner.rate, frame, f"{owner.name}'"
 
 
 def _dynamic(facts: Facts, automaton: HybridAutomaton) -> Iterator[tuple[Range, Frame, str]]:
@@ -88,3 +87,9 @@ def _dynamic(facts: Facts, automaton: HybridAutomaton) -> Iterator[tuple[Range, 
     for edge in automaton.edges:
         frame = facts.frame(automaton, modes[edge.source])
         yield from ((a.to, frame, a.var) for a in edge.resets if isinstance(a.to, Range))
+
+
+def written_in(parts: Sequence[Expr], whole: Expr) -> list[Expr]:
+    """Those of `parts` that stand in the text of `whole`."""
+    spans = {n.span for n in nodes(whole) if n.span is not None}
+    return [e for e in parts if e.span in spans]

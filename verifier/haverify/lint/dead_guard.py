@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
-from haverify.lint._formulas import Formula
+from haverify.lint._formulas import Formula, written_in
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name
 from haverify.lint.empty_interval import empty_bounds
-from haverify.model.expression import Expr, nodes, rebuild
+from haverify.model.expression import Expr, rebuild
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction, Holds
@@ -42,7 +42,7 @@ def is_empty_by_itself(facts: Facts, automaton: HybridAutomaton, edge: Edge) -> 
 
 def _finding(facts: Facts, automaton: HybridAutomaton, edge: Edge, core: tuple[Expr, ...]) -> Diagnostic:
     mode = facts.modes(automaton)[edge.source]
-    own = [e for e in core if any(e == n for n in nodes(edge.guard))]
+    own = written_in(core, edge.guard)
     others = [e for e in core if e not in own]
     guard = " and ".join(f"`{facts.text(e.span)}`" for e in own)
     domain = " and ".join(f"`{facts.text(e.span)}`" for e in others)

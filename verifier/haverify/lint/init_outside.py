@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts, Outcome, allowed
-from haverify.lint._formulas import start_name
+from haverify.lint._formulas import start_name, written_in
 from haverify.lint._registry import rule
 from haverify.lint._wording import point_text, quantity
-from haverify.model.expression import Expr, nodes
+from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton, Init, Mode
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction, Holds
@@ -64,11 +64,12 @@ def _empty(facts: Facts, automaton: HybridAutomaton, init: Init) -> Diagnostic:
 def _finding(
     facts: Facts, automaton: HybridAutomaton, init: Init, mode: Mode, core: tuple[Expr, ...], start: Holds | None
 ) -> Diagnostic:
-    needs = [e for e in core if any(e is n for n in nodes(mode.domain))] or [mode.domain]
+    needs = written_in(core, mode.domain) or [mode.domain]
     after = _after(facts, automaton, init, mode)
-    values = _assigned_text(facts, automaton, after) or (
-        point_text(start.point, facts.scope(automaton)) if start else ""
-    )
+    values = _assigned_text(facts, automaton, after)
+    if start and not values:
+        values = point_text(start.point, facts.scope(automaton))
+    subject = f"{start_name(automaton, init)} starts outside the domain of mode {mode.name}"
     needed = " and ".join(f"`{facts.text(e.span)}`" for e in needs)
     return Diagnostic(
         "HA307",

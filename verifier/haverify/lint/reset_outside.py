@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
+from haverify.lint._formulas import written_in
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name, mentioned, point_text
-from haverify.model.expression import Expr, nodes
+from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction, Holds
@@ -41,7 +42,7 @@ def _finding(
     facts: Facts, automaton: HybridAutomaton, edge: Edge, core: tuple[Expr, ...], leaving: Holds | None
 ) -> Diagnostic:
     target = facts.modes(automaton)[edge.target]
-    needs = [e for e in core if any(e is n for n in nodes(target.domain))] or [target.domain]
+    needs = written_in(core, target.domain) or [target.domain]
     names = [n for e in needs for n in mentioned(e) if n in facts.scope(automaton).vars]
     shown = point_text(leaving.point, facts.scope(automaton), names) if leaving else ""
     reset = {a.var for a in edge.resets}
