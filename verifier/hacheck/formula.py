@@ -1,0 +1,85 @@
+"""Formulas in negation normal form over literals `p < 0`, `p <= 0`, `p == 0`, `p != 0`.
+
+A formula is True, False, ("and", f, ...), ("or", f, ...) or a literal (op, polynomial).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from fractions import Fraction
+from typing import Any
+
+from hacheck.rational import Poly, constant, names, scale
+
+Formula = Any  # bool | tuple, as above
+NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
+CLOSED = {"<": "<=", "<=": "<=", ">": ">=", ">=": ">=", "==": "=="}  # `!=` becomes true (S6)
+
+
+def sign_fits(op: str, sign: int | Fraction) -> bool:
+    """Does a number of that sign satisfy `op 0`?"""
+    return {"<": sign < 0, "<=": sign <= 0, ">": sign > 0, ">=": sign >= 0, "==": sign == 0, "!=": sign != 0}[op]
+
+
+def literal(op: str, p: Poly) -> Formula:
+    """`p op 0` for any comparison, decided where p is a constant."""
+    q = constant(p)
+    if q is not None:
+        return sign_fits(op, q)
+    return ("<" + op[1:], scale(p, -1)) if op[0] == ">" else (op, p)
+
+
+def _join(word: str, neutral: bool, members: Iterable[Formula]) -> Formula:
+    out: list[Formula] = []
+    for f in members:
+        if f is (not neutral):
+            return f
+        if f is not neutral:
+            out.extend(f[1:] if f[0] == word else (f,))
+    return neutral if not out else out[0] if len(out) == 1 else (word, *out)
+
+
+def conj(members: Iterable[Formula]) -> Formula:
+    """The conjunction, with truth constants folded."""
+    return _join("and", True, members)
+
+
+def disj(members: Iterable[Formula]) -> Formula:
+    """The disjunction, with truth constants folded."""
+    return _join("or", False, members)
+
+
+def replace(f: Formula, change: Callable[[str, Poly], Formula]) -> Formula:
+    """The formula with every literal changed; sound for proofs where the new one implies the old."""
+    if isinstance(f, bool):
+        return f
+    if f[0] in ("and", "or"):
+        return (conj if f[0] == "and" else disj)(replace(g, change) for g in f[1:])
+    return change(f[0], f[1])
+
+
+def literals(f: Formula) -> Iterator[tuple[str, Poly]]:
+    """All literals."""
+    if isinstance(f, bool):
+        return
+    if f[0] in ("and", "or"):
+        for g in f[1:]:
+            yield from literals(g)
+    else:
+        yield f
+
+
+def variables(f: Formula) -> set[str]:
+    """The variables of all literals."""
+    return {v for _, p in literals(f) for v in names(p)}
+
+
+def true(f: Formula, holds: Callable[[str, Poly], bool]) -> bool:
+    """Is the formula true when only literals with `holds` are known to be?"""
+    if isinstance(f, bool):
+        return f
+    if f[0] == "and":
+        return all(true(g, holds) for g in f[1:])
+    if f[0] == "or":
+        return any(true(g, holds) for g in f[1:])
+    return holds(f[0], f[1])

@@ -1,0 +1,217 @@
+"""Runs, walked exactly (LANGUAGE S5 to S12): states are polynomials of the dwell `s` so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from hacheck import bernstein, sturm
+from hacheck.cells import Model
+from hacheck.expressions import Instant
+from hacheck.formula import Formula, conj, disj, variables
+from hacheck.rational import Poly, Refused, add, const, constant, mul, number, substitute, var
+
+Json = Any
+ZERO = Fraction(0)
+Watch = Callable[[Instant, Fraction, Fraction], None]  # an instant, how long one may dwell there, the time before
+
+
+@dataclass(frozen=True)
+class End:
+    """The last instant of a run, the time there, the jumps made, and the last edge if it has just been taken."""
+
+    instant: Instant
+    time: Fraction
+    jumps: int
+    edge: int | None
+
+
+class Walk:
+    """One run of a model; raises Refused where it is not one."""
+
+    def __init__(self, model: Model, run: Json, assume: list[Json], watch: Watch | None = None) -> None:
+        self.model, self.assume, self.watch = model, assume, watch
+        if not isinstance(run, dict) or not isinstance(run.get("steps"), list):
+            raise Refused("a run is malformed")
+        self.params = self._params(run.get("params"))
+        self.mode, self.time = str(run.get("mode")), ZERO
+        self.values = self.start(self.mode, run.get("values"))
+        self.edge, landed = None, self.instant(self.values)
+        self.need(self._assumed(landed), "an assumption does not hold at the start")
+        for step in run["steps"]:
+            if not isinstance(step, dict):
+                raise Refused("a step of a run is malformed")
+            self.dwell(number(step.get("dwell")))
+            landed = self.jump(step.get("edge"), step.get("values"))
+        last = number(run.get("last"))
+        self.dwell(last)
+        done = landed if last == 0 else self.instant(self.values)
+        self.end = End(done, self.time, len(run["steps"]), None if last else self.edge)
+
+    def need(self, f: Formula, message: str, upto: Fraction = ZERO, half_open: bool = False) -> None:
+        """Refuse unless f holds for all dwells up to a bound."""
+        if not self.surely(f, upto, half_open):
+            raise Refused(f"a run is none: {message} (mode {self.mode}, after {self.end_time()} s)")
+
+    def end_time(self) -> str:
+        """The time so far, for messages."""
+        return str(self.time)[:40]
+
+    def surely(self, f: Formula, upto: Fraction = ZERO, half_open: bool = False) -> bool:
+        """Does f hold for all dwells in [0, upto], and all pi and rounded constants in their enclosures?"""
+        if variables(f) <= {"s"}:
+            return sturm.always(f, "s", ZERO, upto, half_open)
+        box = {**self.model.scope.box, "s": (ZERO, upto)}
+        for v in variables(f) - {"s", "pi"}:
+            f = bernstein.eliminate(f, v, box)
+        return bernstein.holds(f, box)
+
+    def _params(self, given: Json) -> dict[str, Poly]:
+        scope = self.model.scope
+        if not isinstance(given, dict) or set(given) != set(scope.params):
+            raise Refused("a run does not give every param a value")
+        for p, q in given.items():
+            low, high = scope.box[p]
+            if low is None or high is None or not low <= number(q) <= high:
+                raise Refused(f"a run gives the param {p} a value outside its range")
+        return {p: const(number(q)) for p, q in given.items()}
+
+    def instant(self, values: dict[str, Poly], clock: Poly | None = None) -> Instant:
+        """Dwelling in the current mode."""
+        time = add(const(self.time), clock or {})
+        return Instant(self.model.scope, self.mode, {**self.params, **values}, time=time)
+
+    def start(self, mode: str, values: Json) -> dict[str, Poly]:
+        """The values of an admissible start."""
+        scope = self.model.scope
+        if mode not in scope.modes or not isinstance(values, dict) or set(values) != set(scope.types):
+            raise Refused("a start does not give a mode of the automaton and every variable a value")
+        state = {v: const(number(q)) for v, q in values.items()}
+        self._typed(state)
+        at = Instant(scope, mode, {**self.params, **state}, time={})
+        self.need(self._domain(at), "the start is outside the domain")
+        if not any(self._allows(line, mode, at, state) for line in scope.automaton["init"]):
+            raise Refused("a run does not start in an admissible state")
+        return state
+
+    def _allows(self, line: Json, mode: str, at: Instant, state: dict[str, Poly]) -> bool:
+        """S5: the start satisfies an init line, and the declared range where nothing else bounds it."""
+        if line["mode"] not in (None, mode):
+            return False
+        parts = [at.formula(line["where"])]
+        given = {r["var"] for r in line["with"]}
+        for r in line["with"]:
+            pairs = [("==", r["to"])] if "to" in r else [(">=", r["low"]), ("<=", r["high"])]
+            parts += [at.formula([op, ["var", r["var"]], e]) for op, e in pairs]
+        still = self.model.scope.identity(mode)
+        bounds = conj([still.formula(line["where"], closed=True), self.model.domain(mode)])
+        box = self.model.narrow(bounds, dict.fromkeys(state, (None, None))) or {}
+        for v in self.model.a["vars"]:
+            if v["name"] not in given and None in box.get(v["name"], (None, None)):
+                ends = [(">=", v["low"]), ("<=", v["high"])]
+                parts += [at.formula([op, ["var", v["name"]], e]) for op, e in ends if e is not None]
+        return self.surely(conj(parts))
+
+    def _typed(self, values: dict[str, Poly]) -> None:
+        """Discrete variables hold a value of their type."""
+        for v in self.model.a["vars"]:
+            if v["type"] != "real":
+                x, (low, high) = constant(values[v["name"]]), self.model.scope.window(v)
+                if x is None or x.denominator != 1 or low is None or high is None or not low <= x <= high:
+                    raise Refused(f"{v['name']} gets a value that its type does not have")
+
+    def _domain(self, at: Instant) -> Formula:
+        return at.formula(self.model.scope.modes[str(at.mode)]["domain"], closed=True)
+
+    def _assumed(self, at: Instant) -> Formula:
+        return conj(at.formula(a) for a in self.assume)
+
+    def dwell(self, d: Fraction) -> None:
+        """Let time pass: in the domain throughout, with no urgent edge due before the end (S7, S8).
+
+        Where an edge would be enabled right after an instant it is enabled at one before the end.
+        """
+        if d < 0:
+            raise Refused("a run dwells for a negative time")
+        rates = self.model.scope.rates(self.mode)
+        moved = {v: add(x, mul(var("s"), substitute(rates[v], self.params, {}))) for v, x in self.values.items()}
+        at = self.instant(moved, var("s"))
+        if d > 0:
+            self.need(self._domain(at), "it leaves the domain", d)
+            self.need(self._assumed(at), "an assumption fails", d)
+            for k in self.model.leaving[self.mode]:
+                if self.model.a["edges"][k]["urgent"]:
+                    self.need(self.enabled(k, at, neg=True), "it dwells where an urgent edge is due", d, half_open=True)
+        if self.watch:
+            self.watch(at, d, self.time)
+        self.values = {v: substitute(p, {"s": const(d)}, {}) for v, p in moved.items()}
+        self.time += d
+
+    def landing(self, k: int, at: Instant, chosen: dict[str, Poly]) -> Instant:
+        """The instant after edge k, taken at an instant."""
+        edge = self.model.a["edges"][k]
+        env = dict(at.env)
+        for r in edge["resets"]:
+            env[r["var"]] = at.poly(r["to"]) if "to" in r else chosen[r["var"]]
+        return Instant(self.model.scope, edge["target"], env, time=at.time, edge=edge["name"], before=at)
+
+    def enabled(self, k: int, at: Instant, neg: bool) -> Formula:
+        """S9; for edges that choose values the outcome counts as possible, so only the negation is of use."""
+        edge = self.model.a["edges"][k]
+        guard = at.formula(edge["guard"], neg)
+        if any("to" not in r for r in edge["resets"]):
+            return guard if neg else False
+        domain = self.model.scope.modes[edge["target"]]["domain"]
+        return (disj if neg else conj)([guard, self.landing(k, at, {}).formula(domain, closed=True, outer=neg)])
+
+    def jump(self, k: Json, values: Json) -> Instant:
+        """Take edge k: its guard holds as written, or it is urgent and due; the outcome is in the target's domain."""
+        if type(k) is not int or not 0 <= k < len(self.model.a["edges"]) or self.model.a["edges"][k]["source"] != self.mode:
+            raise Refused("a run takes an edge that its mode does not have")
+        edge, at = self.model.a["edges"][k], self.instant(self.values)
+        sets = [r for r in edge["resets"] if "to" not in r]
+        values = {} if values is None else values
+        if not isinstance(values, dict) or set(values) != {r["var"] for r in sets}:
+            raise Refused("a run does not choose the values that its edge leaves open")
+        if not self.surely(at.formula(edge["guard"])) and not (edge["urgent"] and self._due(k)):
+            raise Refused(f"a run takes edge {edge['name']} where its guard does not hold")
+        chosen = {v: const(number(q)) for v, q in values.items()}
+        landed = self.landing(k, at, chosen)
+        for r in sets:
+            for op, e in (("<=", r["low"]), (">=", r["high"])):
+                self.need(at.formula([op, e, number_text(chosen[r["var"]])]), "a chosen value is not among the possible ones")
+        state = {v: landed.env[v] for v in self.values}
+        self._typed(state)
+        self.mode, self.values, self.edge = edge["target"], state, k
+        self.need(self._domain(landed), "an outcome is outside the target's domain")
+        self.need(self._assumed(landed), "an assumption fails after a jump")
+        if self.watch:
+            self.watch(landed, ZERO, self.time)
+        return landed
+
+    def _soon(self) -> Instant:
+        rates = self.model.scope.rates(self.mode)
+        moved = {v: add(x, mul(var("s"), substitute(rates[v], self.params, {}))) for v, x in self.values.items()}
+        return self.instant(moved, var("s"))
+
+    def _due(self, k: int) -> bool:
+        f = self.enabled(k, self._soon(), neg=False)
+        return variables(f) <= {"s"} and sturm.soon(f, ZERO)
+
+    def stuck(self) -> bool:
+        """Can no time pass at the end of the run, and is no edge enabled or due (S12)?"""
+        if self.model.scope.modes[self.mode]["terminal"]:
+            return False
+        soon, now = self._soon(), self.instant(self.values)
+        outside = soon.formula(self.model.scope.modes[self.mode]["domain"], closed=True, outer=True)
+        blocked = [self.enabled(k, now, neg=True) for k in self.model.leaving[self.mode]]
+        fires = [self.enabled(k, soon, neg=True) for k in self.model.leaving[self.mode]]
+        later = conj([outside, *fires])
+        return self.surely(conj(blocked)) and variables(later) <= {"s"} and sturm.soon(later, ZERO)
+
+
+def number_text(p: Poly) -> str:
+    """A constant polynomial as the core writes it."""
+    return str(constant(p))
