@@ -181,9 +181,9 @@ class Reader:
     def _skip(self, piece: Piece, symbol: str, depth: int) -> _Skip | None:
         """Pass over pieces until a line, an item or the block ends; `depth` braces are to be closed first."""
         inside = bool(self._open)
-        first = True
+        first, in_item = True, self._last_symbol not in ("_SEP", "LBRACE", "DOC")
         while piece.kind != "END":
-            ends_line = piece.gap and (not first or symbol == "_SEP" or self._starts_line(piece))
+            ends_line = piece.gap and (not first or symbol == "_SEP" or (in_item and piece.text in self._starters))
             if depth == 0 and ends_line and self._resumes(piece):
                 return _Skip(piece, True)
             if depth == 0 and self._ends_item(piece, inside):
@@ -202,9 +202,6 @@ class Reader:
         if piece.text == "}" and piece.kind == "OPERATOR":
             return inside
         return piece.text == "," and self._machine.accepts("COMMA")
-
-    def _starts_line(self, piece: Piece) -> bool:
-        return piece.text in self._starters
 
     def _resumes(self, piece: Piece) -> bool:
         """Whether a new item starts with `piece`; then the line end before it is fed."""

@@ -363,7 +363,7 @@ class TableLine:
 
     kind          fields used
     key           name, of (enum name)
-    poly          name and last (first and last column), order, argument (name), type (of the argument), result (unit text)
+    poly          name and last (columns), order, argument (name), type (of the argument), result (unit text)
     axis          name, type
     column        name, type, tolerance
     matrix        of (rows), by (columns) as dotted names, type
@@ -753,8 +753,9 @@ class Property:
 
 Decl = (
     SpecHeader | Import | UnitDecl | Const | Param | Input | EnumDecl | Table | Function | Network | Automaton
-    | Instance | System | Cellular | Relation | Fuzzy | Assume | Invariant | Property | Var | Let | Init | Domain | Flow | Terminal
-    | Mode | Edge | Sample | Priority | Schedule | Part | Sync | Horizon | Which | Using | Method | Goal | Expectation
+    | Instance | System | Cellular | Relation | Fuzzy | Assume | Invariant | Property | Var | Let | Init | Domain
+    | Flow | Terminal | Mode | Edge | Sample | Priority | Schedule | Part | Sync | Horizon | Which | Using | Method
+    | Goal | Expectation
 )  # fmt: skip
 
 
