@@ -8,7 +8,6 @@ from pathlib import Path
 
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.render import render_all
-from haverify.errors import UsageError
 from haverify.report.gate import OK, UNREADABLE, WRONG, worst
 
 
@@ -18,20 +17,19 @@ def run(called: argparse.Namespace) -> int:
 
 
 def _one(path: str, is_dry: bool, shows: bool) -> int:
-    from haverify.run.load import read_source
-    from haverify.syntax.format import format_tree
+    from haverify.run.load import read_text
+    from haverify.syntax.format import format
     from haverify.syntax.parse import parse
 
-    try:
-        source = read_source(path)
-    except UsageError as e:
-        print(f"haverify: {e}", file=sys.stderr)
+    problem, source = read_text(path)
+    if source is None:
+        print(f"haverify: cannot read {path}: {problem}", file=sys.stderr)
         return UNREADABLE
     tree, found = parse(source)
     if found:
         put(render_all(found, {source.path: source}, wants_colour()))
         return UNREADABLE
-    text = format_tree(tree, source)
+    text = format(tree, source)
     if text == source.text:
         return OK
     if shows:

@@ -7,8 +7,9 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
+from haverify.diagnostics.codes import is_meaningless
+from haverify.errors import UsageError
 from haverify.report.gate import OK, UNREADABLE, WRONG, worst
 from haverify.run.recheck import command
 
@@ -46,7 +47,10 @@ def _inputs(folder: Path) -> int:
 
 def _core_again(path: str) -> str | None:
     from haverify.model.core import core_text
-    from haverify.run.load import load
+    from haverify.run.examine import read
 
-    loaded: Any = load(path)
-    return core_text(loaded.spec) if loaded.spec is not None else None
+    try:
+        spec, _, found = read(path)
+    except UsageError:
+        return None
+    return core_text(spec) if spec is not None and not any(is_meaningless(d) for d in found) else None

@@ -20,6 +20,7 @@ from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Unknown
 
 _SCHEMA = "haverify.cache/1"
+_PACKS = 256  # models whose evidence is kept; the oldest go first
 
 
 def folder() -> Path:
@@ -99,5 +100,12 @@ def _write(path: Path, pack: Mapping[str, Any]) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
         os.replace(beside, path)
+        _forget_oldest(path.parent)
     except OSError:
         return
+
+
+def _forget_oldest(where: Path) -> None:
+    packs = sorted(where.glob("*.json"), key=lambda p: p.stat().st_mtime)
+    for pack in packs[:-_PACKS]:
+        pack.unlink(missing_ok=True)

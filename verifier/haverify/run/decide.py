@@ -46,13 +46,17 @@ def decide(spec: Spec, names: Sequence[str], core: Mapping[str, Any], folder: Re
     kept = keys.fetch() if plan.use_cache else {}
     solved = solve(spec, [n for n in names if n not in kept], plan.budget, plan.jobs)
     proposed = {**kept, **solved.evidence}
-    answers = _ask(folder, proposed)
-    doubtful = [n for n in kept if answers[n].word == "refused"] if answers else []
-    if doubtful and not solved.is_interrupted:
-        again = solve(spec, doubtful, plan.budget, plan.jobs)
-        solved = solved.and_then(again)
-        proposed = {n: e for n, e in proposed.items() if n not in doubtful} | again.evidence
+    try:
         answers = _ask(folder, proposed)
+        doubtful = [n for n in kept if n in answers and answers[n].word == "refused"]
+        if doubtful:
+            again = solve(spec, doubtful, plan.budget, plan.jobs)
+            solved = solved.and_then(again)
+            proposed = {n: e for n, e in proposed.items() if n not in doubtful} | again.evidence
+            answers = _ask(folder, proposed)
+    except KeyboardInterrupt:  # nothing counts that hacheck has not answered for
+        proposed, answers = {}, {}
+        solved = Solved(is_interrupted=True)
     if plan.use_cache:
         keys.keep({n: e for n, e in solved.evidence.items() if n in answers and answers[n].word == "accepted"})
     return _granted(names, proposed, answers, solved, plan.grade, folder)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date
@@ -51,19 +52,31 @@ def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = ()) -
     ------
     UsageError      if the spec or its lock file cannot be read
     """
-    from haverify.run.load import load
-
-    if not Path(path).is_file():
-        raise UsageError(f"{path}: there is no such file")
-    loaded = load(path)
-    sources = dict(loaded.sources)
-    found = list(loaded.diagnostics)
-    if loaded.spec is not None and not any(is_meaningless(d) for d in found):
+    spec, sources, found = read(path)
+    if spec is not None and not any(is_meaningless(d) for d in found):
         from haverify.lint._registry import run_lint
 
-        found += run_lint(loaded.spec, sources)
+        found += run_lint(spec, sources)
     kept = [d for d in settle(found) if _selected(d, select)]
-    return _with_reasons(Examined(path, loaded.spec, sources, kept, {}), lock, bool(select))
+    return _with_reasons(Examined(path, spec, sources, kept, {}), lock, bool(select))
+
+
+def read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic]]:
+    """The model of a spec, all texts it came from by path, and what is wrong with it; None where there is no model.
+
+    Raises
+    ------
+    UsageError      if the file itself cannot be read
+    """
+    from haverify.elaborate.elaborate import elaborate
+    from haverify.run.load import load
+
+    loaded, found = load(os.path.relpath(path))
+    if loaded is None:
+        raise UsageError(found[0].message)
+    spec, more = elaborate(loaded.tree, loaded.files)
+    others = {s.path: s for s in loaded.files.data.values()}
+    return spec, {**others, **loaded.sources}, [*found, *more]
 
 
 def _selected(d: Diagnostic, select: tuple[str, ...]) -> bool:

@@ -159,7 +159,7 @@ def _report(
     wall, cpu = started.passed()
     return report.Report(
         schema="haverify.report/1",
-        spec=e.path,
+        spec=os.path.relpath(e.path),
         title=e.spec.name if e.spec else "",
         tool=report.Tool("haverify", VERSION, versions["kernel"], {}),
         inputs=inputs,
