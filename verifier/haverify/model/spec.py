@@ -80,3 +80,4 @@ class Spec:
     claims: tuple[Claim, ...]
     cells: tuple[Cell, ...]
     allowed: tuple[Allowed, ...] = field(default=())
+    lost: tuple[tuple[str, Span, str], ...] = field(default=())  # claims without meaning: name, place, reason

@@ -1,0 +1,296 @@
+"""Claims: properties and invariants, one per value of a family."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+from haverify.diagnostics.diagnostic import Label
+from haverify.elaborate import arithmetic as A
+from haverify.elaborate.attributes import allowed_codes
+from haverify.elaborate.automaton import Machine
+from haverify.elaborate.context import Context, Lost, NeedsMode
+from haverify.elaborate.expressions import Env, boolean, denote, range_in, real, seconds, source_name, typed
+from haverify.elaborate.file import FileScope
+from haverify.elaborate.paths import target_mode
+from haverify.elaborate.resets import placed
+from haverify.elaborate.scope import Scope, Symbol, Typed
+from haverify.elaborate.values import exact_value
+from haverify.model.claim import Claim, Expectation, Goal
+from haverify.model.expression import TRUE, Expr
+from haverify.model.hybrid import Range
+from haverify.syntax import tree as t
+from haverify.text.span import Span
+
+LostClaim = tuple[str, Span, str]
+
+
+@dataclass(eq=False)
+class _Claims:
+    ctx: Context
+    claims: list[Claim] = field(default_factory=list)
+    lost: list[LostClaim] = field(default_factory=list)
+    names: dict[str, Span] = field(default_factory=dict)
+
+
+def elaborate_claims(ctx: Context, files: Sequence[FileScope]) -> tuple[tuple[Claim, ...], tuple[LostClaim, ...]]:
+    """The claims of the root file and those lost to errors, with the reason."""
+    work = _Claims(ctx)
+    root = next(f for f in files if f.is_root)
+    machines = {id(item): symbol for item, symbol in root.machines}
+    for item in root.tree.items:
+        if isinstance(item.body, t.Property | t.Invariant):
+            _enter(work, root.env, item, item.body, None)
+        elif id(item) in machines:
+            _inner_invariants(work, root.env, machines[id(item)])
+    _check_using(work, root)
+    return tuple(work.claims), tuple(work.lost)
+
+
+def _inner_invariants(work: _Claims, env: Env, symbol: Symbol) -> None:
+    machine = symbol.payload
+    if isinstance(machine, Machine):
+        for item in machine.invariants:
+            assert isinstance(item.body, t.Invariant)
+            _enter(work, env, item, item.body, symbol)
+
+
+def _enter(work: _Claims, env: Env, item: t.Item, decl: t.Property | t.Invariant, inside: Symbol | None) -> None:
+    """One claim per value; an error loses the claim, and its name with it."""
+    head = decl.declared
+    try:
+        places = list(placed(env, head.family))
+    except Lost:
+        work.lost.append((head.name, head.span, "its family has an error"))
+        return
+    values = [_value(p, head) for p in places]
+    for place, value in zip(places, values, strict=True):
+        name = f"{head.name}[{value}]" if value else head.name
+        if inside is not None and name in work.names:
+            name = f"{inside.name}_{name}"
+        if name in work.names:
+            labels = (Label(work.names[name], "first defined here"),)
+            work.ctx.report("HA004", f"claim '{name}' is defined twice", head.span, labels=labels)
+            work.lost.append((name, head.span, "its name is defined twice"))
+            continue
+        work.names[name] = head.span
+        _one(work, place, item, decl, name, inside)
+
+
+def _value(env: Env, head: t.Declared) -> str:
+    if head.family is None:
+        return head.index or ""
+    e = env.scope.names[head.family.name].payload.expr
+    return str(e.args[-1])
+
+
+def _one(
+    work: _Claims, env: Env, item: t.Item, decl: t.Property | t.Invariant, name: str, inside: Symbol | None
+) -> None:
+    before = len(work.ctx.diagnostics)
+    try:
+        symbol = inside or _subject(env, decl.on)
+        place = _claim_env(env, symbol, decl)
+        made = _property(place, item, decl, name, symbol) if isinstance(decl, t.Property) else _invariant(
+            place, item, decl, name, symbol)  # fmt: skip
+        work.claims.append(made)
+    except NeedsMode as need:
+        told = f"'{need.symbol.name}' has a value only in a comparison of a claim, or inside a mode"
+        work.ctx.report("HA105", told, decl.declared.span)
+        work.lost.append((name, decl.declared.span, told))
+    except Lost:
+        new = work.ctx.diagnostics[before:]
+        reason = new[0].message if new else _blame(env, decl)
+        work.lost.append((name, decl.declared.span, reason))
+
+
+def _blame(env: Env, decl: t.Property | t.Invariant) -> str:
+    where = f"{source_name(decl.on)} has" if decl.on is not None else "what it is about has"
+    return f"{where} errors"
+
+
+def _subject(env: Env, on: t.Expr | None) -> Symbol | None:
+    if on is None:
+        return None
+    found = denote(env, on)
+    kinds = ("automaton", "system", "fuzzy", "cellular", "relation", "network")
+    if not isinstance(found, Symbol) or found.kind not in kinds:
+        env.ctx.fail("HA105", f"'{source_name(on)}' is nothing that claims are about", on.span)
+    return found
+
+
+def _claim_env(env: Env, symbol: Symbol | None, decl: t.Property | t.Invariant) -> Env:
+    """Names of the subject, and over them the value of the claim's family."""
+    scope = env.scope
+    if symbol is not None:
+        symbol = env.ctx.use(symbol, None)
+        inner = symbol.payload.scope
+        assert isinstance(inner, Scope)
+        scope = inner
+        if decl.declared.family is not None:
+            name = decl.declared.family.name
+            scope = inner.bind({name: env.scope.names[name].payload})
+    machine = symbol.payload if symbol is not None and isinstance(symbol.payload, Machine) else None
+    return replace(env, scope=scope, is_claim=True, split=_splitter(machine))
+
+
+def _splitter(machine: Machine | None) -> Any:
+    """A comparison that uses the parameter of a mode family: one implication per mode of the family."""
+
+    def split(env: Env, node: t.Expr, symbol: Symbol) -> Expr:
+        assert machine is not None
+        parts = []
+        for mode in machine.modes:
+            if mode.param == symbol.name:
+                value = mode.scope.names[symbol.name].payload
+                inner = replace(env, scope=env.scope.bind({symbol.name: value}))
+                at = Expr("at", (mode.name,), None, node.span)
+                parts.append((at, boolean(inner, node)))
+        if all(p.op in ("true", "false") for _, p in parts):
+            return A.some([at for at, p in parts if p.op == "true"], node.span)
+        return A.every([A.implication(at, p, node.span) for at, p in parts], node.span)
+
+    return split if machine is not None else None
+
+
+# ---- properties -----------------------------------------------------------------
+
+
+def _lines(decl: t.Property, kind: Any) -> Iterator[Any]:
+    return (i.body for i in decl.lines if isinstance(i.body, kind))
+
+
+def _property(env: Env, item: t.Item, decl: t.Property, name: str, symbol: Symbol | None) -> Claim:
+    assume = tuple(boolean(env, a.condition) for a in _lines(decl, t.Assume))
+    goals = tuple(_goal(env, g) for g in _lines(decl, t.Goal))
+    if not goals:
+        env.ctx.fail("HA105", f"property {name} claims nothing: a goal such as `always ...` is missing", decl.declared.span)
+    time, jumps = _horizon(env, list(_lines(decl, t.Horizon)))
+    which = tuple(_which(env, w) for w in _lines(decl, t.Which))
+    using = tuple(n.id for u in _lines(decl, t.Using) for n in u.names)
+    methods = [_method(env, m) for m in _lines(decl, t.Method)]
+    expects = [_expectation(env, e) for e in _lines(decl, t.Expectation)]
+    return Claim(
+        name, symbol.name if symbol else None, "property", goals, time, jumps, assume, which, using,
+        methods[0] if methods else None, expects[0] if expects else None, False, "\n".join(item.docs),
+        _text(env, decl.span), decl.declared.span, allowed_codes(item),
+    )  # fmt: skip
+
+
+def _text(env: Env, span: Span) -> str:
+    source = env.ctx.files.sources.get(span.path)
+    return source.at(span) if source is not None else ""
+
+
+def _goal(env: Env, goal: t.Goal) -> Goal:
+    place = replace(env, is_stl=goal.kind == "stl")
+    condition = boolean(place, goal.condition)
+    if goal.kind == "never":
+        condition = A.negation(condition, goal.condition.span)
+    window = None
+    if goal.window is not None:
+        window = (seconds(env, goal.window[0], "a time"), seconds(env, goal.window[1], "a time"))
+    within = seconds(env, goal.within, "a time") if goal.within is not None else None
+    kind = "always" if goal.kind == "never" else goal.kind
+    return Goal(kind, condition, window, within, goal.attracting, goal.span)
+
+
+def _horizon(env: Env, lines: list[t.Horizon]) -> tuple[Expr | None, int | None]:
+    time, jumps = None, None
+    for line in lines:
+        if line.time is not None:
+            time = seconds(env, line.time, "a horizon")
+        if line.jumps is not None:
+            if line.jumps.value.denominator != 1:
+                env.ctx.fail("HA105", "a number of jumps is an integer", line.jumps.span)
+            jumps = int(line.jumps.value)
+    return time, jumps
+
+
+def _which(env: Env, line: t.Which) -> tuple[str, Range]:
+    found = denote(env, t.Name(line.name, line.span))
+    if not isinstance(found, Typed) or found.expr.op != "param":
+        env.ctx.fail("HA105", f"`for which` splits the range of a param; '{line.name}' is none", line.span)
+    return found.expr.name, range_in(env, line.range, found.expr.unit, f"param {line.name}")
+
+
+def _method(env: Env, line: t.Method) -> tuple[str, tuple[tuple[str, str], ...]]:
+    arguments = []
+    for a in line.arguments:
+        value = a.value if isinstance(a.value, str) else _argument_text(env, a.value)
+        arguments.append((a.name or "", value))
+    return line.name, tuple(arguments)
+
+
+def _argument_text(env: Env, value: t.Expr) -> str:
+    if isinstance(value, t.Number):
+        return value.text + (f" {value.unit}" if value.unit else "")
+    return source_name(value)
+
+
+def _expectation(env: Env, e: t.Expectation) -> Expectation:
+    margin = (e.margin[0], real(env, e.margin[1])) if e.margin is not None else None
+    share = (e.share[0], _share(env, e.share[1])) if e.share is not None else None
+    return Expectation(e.verdict, margin, share, e.because, e.span)
+
+
+def _share(env: Env, node: t.Expr) -> Fraction:
+    e = real(env, node)
+    value = exact_value(env.ctx, e)
+    if value is None:
+        env.ctx.fail("HA105", "a share is a number", node.span)
+    return value * e.unit.scale if e.unit is not None else value
+
+
+def _invariant(env: Env, item: t.Item, decl: t.Invariant, name: str, symbol: Symbol | None) -> Claim:
+    condition = boolean(env, decl.condition)
+    if decl.mode is not None:
+        at = A.some([Expr("at", (m.name,), None, decl.mode.span) for m in target_mode(env, decl.mode)], decl.mode.span)
+        condition = A.implication(at, condition, decl.span)
+    goal = Goal("always", condition, None, None, False, decl.span)
+    expect = _expectation(env, decl.expect) if decl.expect is not None else None
+    return Claim(
+        name, symbol.name if symbol else None, "invariant", (goal,), None, None, (), (), (), None, expect,
+        decl.inductive, "\n".join(item.docs), _text(env, decl.span), decl.declared.span, allowed_codes(item),
+    )  # fmt: skip
+
+
+# ---- using ----------------------------------------------------------------------
+
+
+def _check_using(work: _Claims, root: FileScope) -> None:
+    """`using` names invariants, each in no circle; else HA608."""
+    kinds = {c.name: c for c in work.claims}
+    lost = {n for n, _, _ in work.lost}
+    for item in root.tree.items:
+        if not isinstance(item.body, t.Property):
+            continue
+        for line in _lines(item.body, t.Using):
+            for name in line.names:
+                _check_one(work, name, kinds, lost, item.body)
+
+
+def _check_one(work: _Claims, name: t.Name, kinds: dict[str, Claim], lost: set[str], decl: t.Property) -> None:
+    claim = kinds.get(name.id)
+    if claim is not None and claim.kind == "invariant":
+        return
+    if claim is not None:
+        work.ctx.report("HA608", f"'{name.id}' is a property; `using` takes invariants", name.span)
+    elif name.id not in lost and f"{name.id}[" not in {n.split("[")[0] + "[" for n in kinds}:
+        try:
+            work.ctx.unknown("invariant", name.id, "", name.span, [n for n, c in kinds.items() if c.kind == "invariant"])
+        except Lost:
+            pass
+    _lose(work, decl, f"it uses '{name.id}', which is no invariant of this file")
+
+
+def _lose(work: _Claims, decl: t.Property, reason: str) -> None:
+    mine = [c for c in work.claims if c.span == decl.declared.span]
+    for claim in mine:
+        work.claims.remove(claim)
+        work.lost.append((claim.name, decl.declared.span, reason))
+
+
+__all__ = ["LostClaim", "TRUE", "elaborate_claims", "typed"]

@@ -1,0 +1,64 @@
+"""From syntax trees to the exact model: the one entry of elaboration."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.elaborate.claims import elaborate_claims
+from haverify.elaborate.context import Context
+from haverify.elaborate.file import FileScope, elaborate_files
+from haverify.elaborate.files import Files
+from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
+from haverify.model.cellular import CellularAutomaton, Relation
+from haverify.model.fuzzy import FuzzyController
+from haverify.model.spec import Spec
+from haverify.model.system import System
+from haverify.model.tables import DataTable, Network
+from haverify.syntax import tree as t
+
+
+def elaborate(tree: t.Tree, files: Files) -> tuple[Spec | None, list[Diagnostic]]:
+    """The model of a spec and the findings about its names, types and units.
+
+    An element with an error is missing from the model, together with what depends on it; claims lost so are listed
+    in `Spec.lost`. The model is None only where the text has no item at all.
+    """
+    if not tree.items:
+        return None, []
+    with _deep_recursion():
+        return _elaborate(tree, files)
+
+
+def _elaborate(tree: t.Tree, files: Files) -> tuple[Spec, list[Diagnostic]]:
+    header = next((i.body for i in tree.items if isinstance(i.body, t.SpecHeader)), None)
+    ctx = Context(files, header is not None and header.unitless)
+    scopes = elaborate_files(ctx, tree)
+    claims, lost = elaborate_claims(ctx, scopes)
+
+    def of(kind: type) -> tuple[object, ...]:
+        return tuple(m for s in scopes for m in s.entries.of(kind))
+
+    spec = Spec(
+        header.title if header else tree.path, header.version if header else "1.0", ctx.unitless, tuple(ctx.unit_defs),
+        tuple(ctx.enums.values()), of(Constant), of(Param), of(Input), of(DataTable), of(Network),  # type: ignore[arg-type]
+        tuple(a for s in scopes for a in s.assumptions), of(HybridAutomaton), of(System), of(CellularAutomaton),  # type: ignore[arg-type]
+        of(Relation), of(FuzzyController), claims, tuple(ctx.cells), tuple(ctx.allowed), lost,  # type: ignore[arg-type]
+    )  # fmt: skip
+    return spec, ctx.diagnostics
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    """Room for expressions as deep as the parser lets them be, each level a few calls."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, 20_000))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+__all__ = ["FileScope", "elaborate"]

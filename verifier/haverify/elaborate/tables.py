@@ -1,0 +1,365 @@
+"""Tables: a constant for each number of a keyed file, a data table for a file with axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from haverify.diagnostics.diagnostic import Edit, Fix
+from haverify.elaborate.calls import declared_type
+from haverify.elaborate.context import Context, Lost, nearest
+from haverify.elaborate.csv import CsvCell, CsvRow, cell_span, read_csv
+from haverify.elaborate.declare import Entries
+from haverify.elaborate.expressions import Env, of_type
+from haverify.elaborate.scope import Symbol, Table
+from haverify.maths.exact import parse_decimal, rounding_half
+from haverify.model.expression import Expr, number
+from haverify.model.hybrid import Constant, Param, Range
+from haverify.model.spec import Cell, EnumType
+from haverify.model.unit import Unit, power
+from haverify.syntax import tree as t
+from haverify.text.source import Source
+from haverify.text.span import Span
+
+
+@dataclass(eq=False)
+class Reading:
+    """A table being read: its lines by kind and the rows of its file."""
+
+    env: Env
+    made: list[Any]
+    decl: t.Table
+    source: Source
+    core: str
+    keys: tuple[EnumType, ...]
+    rows: list[CsvRow]
+    file: str
+    columns: dict[str, int] = field(default_factory=dict)
+    bad_rows: bool = False
+
+    @property
+    def ctx(self) -> Context:
+        return self.env.ctx
+
+    def lines(self, kind: str) -> list[t.TableLine]:
+        """The lines of the table of one kind."""
+        return [line for line in self.decl.lines if line.kind == kind]
+
+
+def enter_table(entries: Entries, decl: t.Table, path: str) -> None:
+    """Enter a table under its name; a fault in the file makes the row, or the table, one without meaning."""
+    env = entries.env
+    symbol = Symbol("table", entries.name_of(decl.name), decl.span, state="pending")
+
+    def make() -> None:
+        made: list[Any] = []
+        entries.models[symbol] = made
+        _read(env, made, decl, symbol, path)
+
+    symbol.make = make
+    if env.ctx.define(env.scope.names, decl.name, symbol, "table"):
+        entries.symbols.append(symbol)
+
+
+def _read(env: Env, made: list[Any], decl: t.Table, symbol: Symbol, path: str) -> None:
+    source = env.ctx.files.data.get((path, decl.path))
+    if source is None:
+        raise Lost
+    _check_hash(env.ctx, decl, source)
+    if any(line.kind == "axis" for line in decl.lines):
+        from haverify.elaborate.axes import read_axes
+
+        read_axes(env, made, decl, symbol, source)
+        return
+    keys = tuple(_enum(env, line.of, line.span) for line in decl.lines if line.kind == "key")
+    reading = Reading(env, made, decl, source, symbol.name, keys, read_csv(source), decl.path)
+    if reading.lines("matrix"):
+        from haverify.elaborate.matrices import read_matrix
+
+        symbol.payload = read_matrix(reading)
+        return
+    symbol.payload = _keyed(reading)
+
+
+def _enum(env: Env, name: str, span: Span) -> EnumType:
+    symbol = env.scope.lookup(name)
+    if symbol is None or symbol.kind != "enum":
+        env.ctx.unknown("enumeration", name, "", span, env.ctx.enums)
+    enum: EnumType = env.ctx.use(symbol, span).payload
+    return enum
+
+
+def _check_hash(ctx: Context, decl: t.Table, source: Source) -> None:
+    for line in decl.lines:
+        if line.kind == "sha256" and line.text != source.sha256:
+            fix = Fix("update the hash", (Edit(line.span, f'sha256 "{source.sha256}"'),), safe=True)
+            ctx.report("HA215", f"{decl.path} does not match its sha256", line.span, fix=fix,
+                       notes=(f"the file's hash is {source.sha256}",))  # fmt: skip
+
+
+# ---- keyed tables ---------------------------------------------------------------
+
+
+def _keyed(reading: Reading) -> Table:
+    header = _header(reading)
+    poly = reading.lines("poly")
+    table = Table(reading.core, reading.keys, {}, {} if poly else None)
+    table.columns = tuple(line.name for line in reading.lines("column"))
+    if poly:
+        _, table.argument = declared_type(reading.env, poly[0].type) if poly[0].type else ("", reading.ctx.one)
+        table.result = _result_unit(reading, poly[0])
+    shape = _poly_shape(reading, header, poly[0]) if poly else _column_shape(reading, header)
+    for row in reading.rows[1:]:
+        _enter_row(reading, table, shape, row)
+    _check_missing(reading, table)
+    return table
+
+
+def _result_unit(reading: Reading, line: t.TableLine) -> Unit | None:
+    return reading.ctx.unit(line.result, line.span)
+
+
+def _header(reading: Reading) -> dict[str, int]:
+    if not reading.rows:
+        reading.ctx.fail("HA210", f"{reading.file} is empty: a header and a row per key are needed", reading.decl.path_span)
+    found: dict[str, int] = {}
+    for k, cell in enumerate(reading.rows[0].cells):
+        if cell.text in found:
+            reading.ctx.fail("HA210", f"column '{cell.text}' occurs twice", cell_span(reading.source, cell))
+        found[cell.text] = k
+    reading.columns = found
+    return found
+
+
+def _position(reading: Reading, header: dict[str, int], name: str, span: Span) -> int:
+    if name in header:
+        return header[name]
+    near = nearest(name, header)
+    hint = f"; did you mean '{near}'?" if near else f"; it has {', '.join(list(header)[:12])}"
+    return reading.ctx.fail("HA210", f"{reading.file} has no column '{name}'{hint}", span)
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """A column to read: `exponent` in a polynomial, `half` of its numbers, `tolerance` a number or a column."""
+
+    name: str
+    position: int
+    unit: Unit | None
+    exponent: int | None = None
+    digits: int | None = None
+    tolerance: Fraction | str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    keys: tuple[int, ...]
+    columns: tuple[_Column, ...]
+    order: str = ""
+    added: tuple[_Column, ...] = ()
+
+
+def _key_positions(reading: Reading, header: dict[str, int]) -> tuple[int, ...]:
+    return tuple(_position(reading, header, line.name, line.span) for line in reading.lines("key"))
+
+
+def _poly_shape(reading: Reading, header: dict[str, int], line: t.TableLine) -> _Shape:
+    first, last = (_position(reading, header, n, line.span) for n in (line.name, line.last))
+    if last < first:
+        reading.ctx.fail("HA210", f"column '{line.last}' is left of '{line.name}'", line.span)
+    digits = [int(d.number.value) for d in reading.lines("digits") if d.number is not None]
+    names = list(header)
+    columns = tuple(_Column(names[k], k, None, digits=digits[0] if digits else None) for k in range(first, last + 1))
+    result = _result_unit(reading, line)
+    added = tuple(_Column(a.name, _position(reading, header, a.name, a.span), result) for a in reading.lines("add"))
+    return _Shape(_key_positions(reading, header), columns, line.order, added)
+
+
+def _column_shape(reading: Reading, header: dict[str, int]) -> _Shape:
+    columns = []
+    for line in reading.lines("column"):
+        unit = declared_type(reading.env, line.type)[1] if line.type else reading.ctx.one
+        tolerance = _tolerance(reading, header, line, unit)
+        columns.append(_Column(line.name, _position(reading, header, line.name, line.span), unit, tolerance=tolerance))
+    return _Shape(_key_positions(reading, header), tuple(columns))
+
+
+def _tolerance(reading: Reading, header: dict[str, int], line: t.TableLine, unit: Unit | None) -> Fraction | str | None:
+    if line.tolerance is None:
+        return None
+    if isinstance(line.tolerance, t.Name) and line.tolerance.id in header:
+        return line.tolerance.id
+    e = of_type(reading.env, line.tolerance, "real", unit, f"the tolerance of {line.name}")
+    value = e.args[0] if e.op == "num" else None
+    if not isinstance(value, Fraction):
+        reading.ctx.fail("HA105", "a tolerance is a number or a column", line.tolerance.span)
+    return value
+
+
+# ---- rows -----------------------------------------------------------------------
+
+
+def _enter_row(reading: Reading, table: Table, shape: _Shape, row: CsvRow) -> None:
+    key = _key(reading, shape, row)
+    if key is None:
+        reading.bad_rows = True
+        return
+    if key in table.rows:
+        spans = _row_span(reading, row)
+        reading.ctx.report("HA210", f"{reading.file}: row {', '.join(key)} occurs twice", spans)
+        table.rows[key] = {}
+        return
+    try:
+        table.rows[key] = _cells(reading, table, shape, row, key)
+    except Lost:
+        table.rows[key] = _LOST_ROW
+
+
+_LOST_ROW: dict[str, Symbol] = {}
+
+
+def _row_span(reading: Reading, row: CsvRow) -> Span:
+    return Span(reading.source.path, row.cells[0].start, row.cells[-1].end)
+
+
+def _key(reading: Reading, shape: _Shape, row: CsvRow) -> tuple[str, ...] | None:
+    found = []
+    for position, enum in zip(shape.keys, reading.keys, strict=True):
+        if position >= len(row.cells):
+            reading.ctx.report("HA210", f"{reading.file}: this row has no {enum.name}", _row_span(reading, row))
+            return None
+        cell = row.cells[position]
+        if cell.text not in enum.values:
+            _wrong_key(reading, enum, cell)
+            return None
+        found.append(cell.text)
+    return tuple(found)
+
+
+def _wrong_key(reading: Reading, enum: EnumType, cell: CsvCell) -> None:
+    near = nearest(cell.text, enum.values)
+    span = cell_span(reading.source, cell)
+    hint = f"; did you mean {near}?" if near else ""
+    fix = Fix(f"write {near}", (Edit(span, near),)) if near else None
+    reading.ctx.report("HA211", f"'{cell.text}' is not a {enum.name}{hint}", span, fix=fix)
+
+
+def _cells(reading: Reading, table: Table, shape: _Shape, row: CsvRow, key: tuple[str, ...]) -> dict[str, Symbol]:
+    if len(row.cells) > len(reading.columns):
+        extra = row.cells[len(reading.columns)]
+        reading.ctx.fail("HA210", f"{reading.file}: this row has more cells than the header", cell_span(reading.source, extra))
+    columns = _poly_columns(reading, shape, row, table) if table.poly is not None else shape.columns
+    if table.poly is not None:
+        powers = tuple((c.name, c.exponent or 0) for c in columns)
+        table.poly[key] = powers + tuple((c.name, 0) for c in shape.added)
+        columns = (*columns, *shape.added)
+    return {c.name: _cell_symbol(reading, row, c, key) for c in columns}
+
+
+def _poly_columns(reading: Reading, shape: _Shape, row: CsvRow, table: Table) -> tuple[_Column, ...]:
+    """The filled coefficient columns with their exponents; trailing empty cells lower the degree."""
+    filled = 0
+    for k, column in enumerate(shape.columns):
+        if not _text(row, column.position):
+            continue
+        if filled < k:
+            gap = shape.columns[filled]
+            place = _place(reading, row, gap.position)
+            reading.ctx.fail("HA210", f"{reading.file}: cell '{gap.name}' is empty before the filled '{column.name}'", place)
+        filled += 1
+    if filled == 0:
+        reading.ctx.fail("HA210", f"{reading.file}: this row has no coefficient", _row_span(reading, row))
+    return tuple(_power_column(c, k, filled, shape.order, table) for k, c in enumerate(shape.columns[:filled]))
+
+
+def _power_column(c: _Column, k: int, filled: int, order: str, table: Table) -> _Column:
+    exponent = filled - 1 - k if order == "descending" else k
+    unit = None
+    if table.result is not None and table.argument is not None:
+        unit = table.result / power(table.argument, exponent)
+    return _Column(c.name, c.position, unit, exponent, c.digits)
+
+
+def _text(row: CsvRow, position: int) -> str:
+    return row.cells[position].text if position < len(row.cells) else ""
+
+
+def _place(reading: Reading, row: CsvRow, position: int) -> Span:
+    if position < len(row.cells):
+        return cell_span(reading.source, row.cells[position])
+    end = row.cells[-1].end
+    return Span(reading.source.path, end, end)
+
+
+def _cell_symbol(reading: Reading, row: CsvRow, column: _Column, key: tuple[str, ...]) -> Symbol:
+    value = cell_number(reading, row, column.position, column.name)
+    span = _place(reading, row, column.position)
+    name = "_".join((reading.core, *key, column.name))
+    half = rounding_half(value, column.digits) if column.digits is not None else None
+    symbol = enter_cell(reading, name, value, column.unit, half, row.line, column.name, span)
+    if column.tolerance is None:
+        return symbol
+    return _measured(reading, row, column, symbol, value, key)
+
+
+def cell_number(reading: Reading, row: CsvRow, position: int, column: str) -> Fraction:
+    """The number in a cell; HA210 where there is none."""
+    text = _text(row, position)
+    value = parse_decimal(text)
+    if value is not None:
+        return value
+    place = _place(reading, row, position)
+    if not text:
+        reading.ctx.fail("HA210", f"{reading.file}: cell '{column}' of line {row.line} is missing", place)
+    shown = text if len(text) <= 40 else text[:40] + "..."
+    return reading.ctx.fail("HA210", f"{reading.file}: '{shown}' in column '{column}' is not a number", place)
+
+
+def enter_cell(
+    reading: Reading, name: str, value: Fraction, unit: Unit | None, half: Fraction | None, line: int, column: str,
+    span: Span,
+) -> Symbol:  # fmt: skip
+    """The constant that stands for a cell."""
+    name = reading.ctx.fresh(name)
+    symbol = Symbol("const", name, span, unit=unit, used=True)
+    e = number(value, unit, span)
+    reading.ctx.constant_values[name] = e
+    reading.ctx.cells.append(Cell(reading.file, line, column, value, name, span))
+    reading.made.append(Constant(name, "real", unit, e, half, span))
+    return symbol
+
+
+def _measured(
+    reading: Reading, row: CsvRow, column: _Column, symbol: Symbol, value: Fraction, key: tuple[str, ...]
+) -> Symbol:
+    """The param of a cell with a tolerance: any value within it, one per run."""
+    half = column.tolerance
+    if isinstance(half, str):
+        half = cell_number(reading, row, reading.columns[half], half)
+    assert isinstance(half, Fraction)
+    name = reading.ctx.fresh(symbol.name + "_true")
+    span, unit = symbol.span, symbol.unit
+    found = Symbol("param", name, span, unit=unit, used=True)
+    bounds = Range(number(value - half, unit, span), number(value + half, unit, span))
+    default = Expr("const", (symbol.name,), unit, span)
+    reading.made.append(Param(name, unit, bounds, default, span))
+    return found
+
+
+def _check_missing(reading: Reading, table: Table) -> None:
+    missing = [k for k in _products(reading.keys) if k not in table.rows]
+    if missing and not reading.bad_rows:
+        names = "; ".join(", ".join(k) for k in missing[:8]) + ("; ..." if len(missing) > 8 else "")
+        keys = " and ".join(e.name for e in reading.keys)
+        reading.ctx.report("HA210", f"{reading.file}: no row for {keys} {names}", reading.decl.path_span)
+    for key in missing:
+        table.rows[key] = _LOST_ROW
+
+
+def _products(keys: Sequence[EnumType]) -> list[tuple[str, ...]]:
+    found: list[tuple[str, ...]] = [()]
+    for enum in keys:
+        found = [(*f, v) for f in found for v in enum.values]
+    return found

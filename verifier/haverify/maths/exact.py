@@ -1,0 +1,119 @@
+"""Exact rationals: reading and printing of decimals, limits on their size, rationals scaled by powers of pi."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+MAX_BITS = 14_000
+"""No numerator or denominator is longer: such a number has fewer than 4,300 decimal digits and always prints."""
+
+_DECIMAL = re.compile(r"\s*([+-]?)(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d+))?\s*", re.ASCII)
+_POWERS = tuple(10**k for k in range(40))
+
+
+def fits(q: Fraction) -> bool:
+    """Whether numerator and denominator are within `MAX_BITS`."""
+    return q.numerator.bit_length() <= MAX_BITS and q.denominator.bit_length() <= MAX_BITS
+
+
+def parse_decimal(text: str) -> Fraction | None:
+    """The rational that `text` (`-.2`, `+2.8`, `1.14e+04`) stands for; None when it is no number or too long."""
+    m = _DECIMAL.fullmatch(text)
+    if m is None or not (m[2] or m[3]):
+        return None
+    whole, part = m[2], m[3] or ""
+    if len(whole) + len(part) > 4200 or len(m[4] or "") > 6:
+        return None
+    digits, exponent = int(whole + part), int(m[4] or 0) - len(part)
+    if abs(exponent) > 4200:
+        return Fraction(0) if digits == 0 else None
+    q = _shift(-digits if m[1] == "-" else digits, exponent)
+    return q if fits(q) else None
+
+
+def _shift(digits: int, exponent: int) -> Fraction:
+    if 0 <= exponent:
+        return Fraction(digits * _power_of_ten(exponent))
+    return Fraction(digits, _power_of_ten(-exponent))
+
+
+def _power_of_ten(k: int) -> int:
+    return _POWERS[k] if k < len(_POWERS) else 10**k
+
+
+def decimal_text(q: Fraction) -> str | None:
+    """The finite decimal that equals `q`, or None; no exponent, no superfluous zeros."""
+    d = q.denominator
+    twos = (d & -d).bit_length() - 1
+    d >>= twos
+    fives = 0
+    while d % 5 == 0:
+        d //= 5
+        fives += 1
+    if d != 1:
+        return None
+    places = max(twos, fives)
+    digits = str(abs(q.numerator) * 10**places // q.denominator).rjust(places + 1, "0")
+    sign = "-" if q < 0 else ""
+    return sign + (digits if places == 0 else f"{digits[:-places]}.{digits[-places:]}")
+
+
+def people_text(q: Fraction, digits: int = 12) -> str:
+    """`q` for reading: exact where a decimal of at most `digits` digits says it, else rounded and marked by `~`."""
+    exact = decimal_text(q) if q.denominator.bit_length() < 4 * digits + 8 else None
+    if exact is not None and len(exact.lstrip("-0.").replace(".", "")) <= digits and len(exact) <= digits + 4:
+        return exact
+    return "~" + _rounded(q, min(digits, 6))
+
+
+def _rounded(q: Fraction, digits: int) -> str:
+    if q == 0:
+        return "0"
+    e = leading_exponent(q)
+    scaled = abs(q) * Fraction(10) ** (digits - 1 - e)
+    mantissa = str(round(scaled))
+    if len(mantissa) > digits:
+        mantissa, e = mantissa[:-1], e + 1
+    sign = "-" if q < 0 else ""
+    if -5 <= e < digits:
+        text = decimal_text(Fraction(int(mantissa)) * Fraction(10) ** (e - digits + 1))
+        return sign + (text or "")
+    return f"{sign}{mantissa[0]}.{mantissa[1:].rstrip('0') or '0'}e{e}"
+
+
+def leading_exponent(q: Fraction) -> int:
+    """The exponent of ten of the first significant digit of `q`, which is not 0."""
+    n, d = abs(q.numerator), q.denominator
+    e = (n.bit_length() - d.bit_length()) * 30103 // 100000
+    while _at_least(n, d, e + 1):
+        e += 1
+    while not _at_least(n, d, e):
+        e -= 1
+    return e
+
+
+def _at_least(n: int, d: int, e: int) -> bool:
+    return n >= d * 10**e if e >= 0 else n * 10**-e >= d
+
+
+def rounding_half(q: Fraction, digits: int) -> Fraction | None:
+    """Half a unit of the `digits`-th significant digit of `q`; None for 0, which has no significant digit."""
+    if q == 0:
+        return None
+    return Fraction(10) ** (leading_exponent(q) - digits + 1) / 2
+
+
+@dataclass(frozen=True, slots=True)
+class PiRational:
+    """`rational * pi^power`."""
+
+    rational: Fraction
+    power: int = 0
+
+    def __mul__(self, other: PiRational) -> PiRational:
+        return PiRational(self.rational * other.rational, self.power + other.power)
+
+    def __truediv__(self, other: PiRational) -> PiRational:
+        return PiRational(self.rational / other.rational, self.power - other.power)
