@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, lcm, prod
@@ -27,7 +28,7 @@ def _matrix(low: Fraction, high: Fraction, d: int) -> tuple[list[list[int]], int
     spend((d + 1) ** 3 * (1 + (d * (q.bit_length() + a.bit_length() + b.bit_length()) >> 8)))
 
     def entry(j: int, k: int) -> int:
-        terms = (comb(j, i) * comb(d - j, k - i) * b**i * a ** (k - i) for i in range(min(j, k) + 1))
+        terms: Iterator[int] = (comb(j, i) * comb(d - j, k - i) * b**i * a ** (k - i) for i in range(min(j, k) + 1))
         return sum(terms) * q ** (d - k) * (unit // comb(d, k))
 
     return [[entry(j, k) for k in range(d + 1)] for j in range(d + 1)], q**d * unit

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
+from math import ceil, floor
 from typing import Any
 
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
 from hacheck.formula import Formula, conj, literals
-from hacheck.rational import (ONE, Beyond, Interval, Poly, Refused, add, const, constant, names, number,
-                              scale, var)  # fmt: skip
+from hacheck.rational import (
+    ONE,
+    Beyond,
+    Interval,
+    Poly,
+    Refused,
+    add,
+    const,
+    constant,
+    names,
+    number,
+    scale,  # fmt: skip
+    spend,
+    var,
+)
 
 Json = Any
 Box = dict[str, Interval]
@@ -37,7 +53,7 @@ def empty(i: Interval) -> bool:
 
 def inside(a: Interval, b: Interval) -> bool:
     """Is a contained in b?"""
-    return (b[0] is None or a[0] is not None and b[0] <= a[0]) and (b[1] is None or a[1] is not None and a[1] <= b[1])
+    return (b[0] is None or (a[0] is not None and b[0] <= a[0])) and (b[1] is None or (a[1] is not None and a[1] <= b[1]))
 
 
 def plus(i: Interval, c: Fraction, s: Interval) -> Interval:
@@ -93,14 +109,14 @@ class Model:
             self._landings[k, pick] = Instant(self.scope, edge["target"], env, edge=edge["name"], before=before)
         return self._landings[k, pick]
 
-    def guard(self, k: int, closed: bool = True) -> Formula:
-        """The guard of an edge at the state before it."""
+    def guard(self, k: int, neg: bool = False, closed: bool = False) -> Formula:
+        """The guard of an edge at the state before it, exact or closed."""
         edge = self.a["edges"][k]
-        return self.scope.identity(edge["source"]).formula(edge["guard"], closed=closed)
+        return self.scope.identity(edge["source"]).formula(edge["guard"], neg, closed)
 
-    def bounds(self, op: str, p: Poly) -> list[Bound] | None:
+    def bounds(self, op: str, p: Poly, over: Collection[str] | None = None) -> list[Bound] | None:
         """A literal as bounds on one variable: `a v + r op 0`, a rational, r without other variables of the state."""
-        found = sorted(names(p) & set(self.scope.types))
+        found = sorted(names(p) & set(self.scope.types if over is None else over))
         if len(found) != 1 or op == "!=" or "sigma" in names(p):
             return None
         a = p.get(((found[0], 1),), Fraction(0))
@@ -129,7 +145,7 @@ class Model:
             for b in left[1:]:
                 out = {v: hull(i, b[v]) for v, i in (out or {}).items()}
             return out
-        for v, upper, _, low, high in self.bounds(*f) or ():
+        for v, upper, _, low, high in self.bounds(*f, box) or ():
             box = {**box, v: meet(box[v], (None, high) if upper else (low, None))}
             if empty(box[v]):
                 return None
@@ -168,6 +184,15 @@ def _beyond(x: Fraction | None, bound: Fraction, strict: bool) -> bool:
     return x is not None and (x < bound or (x == bound and not strict))
 
 
+def _values(i: Interval, real: bool) -> list[Interval]:
+    """An interval as it is, or the integers in it."""
+    if real or i[0] is None or i[1] is None:
+        return [i]
+    if i[1] - i[0] > 1000:
+        raise Beyond("a discrete variable has too many values")
+    return [(Fraction(n), Fraction(n)) for n in range(ceil(i[0]), floor(i[1]) + 1)]
+
+
 @dataclass(frozen=True)
 class Cell:
     """States `e + c s`, e in `entry`, s in `stay`, of a mode."""
@@ -199,7 +224,7 @@ def _cell(model: Model, c: Json, timed: bool) -> Cell:
     if (dwell is not None and dwell < 0) or (at is not None and (at < 0 or (dwell is not None and at > dwell))):
         raise Refused("a cell has a negative dwell")
     jumps = c.get("jumps")
-    if not (jumps is None or type(jumps) is int and jumps >= 0):
+    if not (jumps is None or (type(jumps) is int and jumps >= 0)):
         raise Refused("a cell has a wrong number of jumps")
     sigma = _interval(c["sigma"]) if timed else None
     entry = {v: _interval(i) for v, i in c["entry"].items()}
@@ -225,7 +250,7 @@ class Cells:
         rhos = [model.flow(m)[0] for m in model.scope.modes] if self.timed else []
         if any(r != rhos[0] for r in rhos) or (self.time is not None and not self.timed):
             raise Refused("time is tracked, but the modes do not share one rate")
-        model.scope.rho = rhos[0] if rhos else None
+        self.rho = model.scope.rho = rhos[0] if rhos else None
         self.end = self.horizon(self.time)[1]
         self._init()
         for i in range(len(self.cells)):
@@ -243,12 +268,13 @@ class Cells:
         return {v: plus(e, slopes[v], s) for v, e in c.entry.items()}
 
     def _contained(self, mode: str, box: Box, sigma: Interval, jumps: int | None, after: int, what: str) -> None:
-        for j in self.by_mode[mode]:
-            c = self.cells[j]
-            if (j > after and (c.jumps is None or c.jumps == jumps) and (c.sigma is None or inside(sigma, c.sigma))
-                    and all(inside(i, c.entry[v]) for v, i in box.items())):  # fmt: skip
-                return
-        raise Refused(f"{what} leads to states of mode {mode} that are in no cell")
+        """For each choice of discrete values, the box lies in one cell."""
+        fits = [c for j in self.by_mode[mode] if j > after for c in [self.cells[j]]
+                if (c.jumps is None or c.jumps == jumps) and (c.sigma is None or inside(sigma, c.sigma))]  # fmt: skip
+        for choice in product(*(_values(i, self.model.scope.types[v] == "real") for v, i in box.items())):
+            spend(len(fits) + 1)
+            if not any(all(inside(i, c.entry[v]) for v, i in zip(box, choice, strict=True)) for c in fits):
+                raise Refused(f"{what} leads to states of mode {mode} that are in no cell")
 
     def _init(self) -> None:
         """Every start lies in a cell."""
@@ -256,8 +282,8 @@ class Cells:
         for line in model.a["init"]:
             given: Box = {}
             for r in line["with"]:
-                low, high = (model.scope.range(r["to"]),) * 2 if "to" in r else map(model.scope.range, (r["low"], r["high"]))
-                given[r["var"]] = low[0], high[1]
+                ends = [model.scope.range(r[x]) for x in (("to", "to") if "to" in r else ("low", "high"))]
+                given[r["var"]] = ends[0][0], ends[1][1]
             for mode in model.scope.modes:
                 if line["mode"] in (None, mode):
                     still = model.scope.identity(mode)
@@ -284,15 +310,10 @@ class Cells:
             raise Refused(f"a run may stay in mode {c.mode} longer than its cell lasts")
         for k in model.leaving[c.mode]:
             if not (self.jumps is not None and c.jumps == self.jumps):
-                edge, (box, sigma) = model.a["edges"][k], self.outcome(i, k, stay)
+                edge, (box, sigma, _) = model.a["edges"][k], self.outcome(i, k, stay)
                 if box is not None:
                     jumps = None if c.jumps is None else c.jumps + 1
                     self._contained(edge["target"], box, sigma, jumps, i if self.meeting else -1, f"edge {edge['name']}")
-
-    def takes(self, i: int, k: int) -> bool:
-        """May edge k be taken from cell i?"""
-        return not (self.jumps is not None and self.cells[i].jumps == self.jumps) and (
-            self.outcome(i, k, self.cells[i].stay)[0] is not None)  # fmt: skip
 
     def cut(self, i: int, f: Formula, stay: Interval) -> Interval:
         """The scaled dwells at which f, closed, may hold as far as it bounds single variables."""
@@ -309,24 +330,29 @@ class Cells:
                                    None if last is None or far is None else (last - far) / c))  # fmt: skip
         return stay
 
-    def outcome(self, i: int, k: int, stay: Interval) -> tuple[Box | None, Interval]:
-        """A box around the states that edge k makes of cell i, and their scaled time; None where it cannot be taken."""
+    def outcome(self, i: int, k: int, stay: Interval) -> tuple[Box | None, Interval, Interval]:
+        """A box around the states that edge k makes of cell i, None where it cannot be taken; their scaled time; the dwell.
+
+        An urgent edge may fire on the closure of its guard (S8), a plain one only where the guard holds as written.
+        """
         c, edge, model = self.cells[i], self.model.a["edges"][k], self.model
-        both = conj([model.guard(k), model.domain(c.mode)])
+        both = conj([model.guard(k, closed=True), model.domain(c.mode)])
         s = self.cut(i, both, stay)
         before = None if empty(s) else model.narrow(both, self.at(i, s))
         sigma = plus(c.sigma, Fraction(1), s) if c.sigma is not None and not empty(s) else (None, None)
         if before is None or (self.end is not None and sigma[0] is not None and sigma[0] > self.end):
-            return None, sigma
+            return None, sigma, s
+        if not edge["urgent"] and model.certainly(model.guard(k, neg=True), before):
+            return None, sigma, s
         space = {**model.scope.box, **before}
         after = dict(before)
         for r in edge["resets"]:
-            low, high = (bernstein.bounds(model.scope.identity(c.mode).poly(r[x]), space)
-                         for x in (("to", "to") if "to" in r else ("low", "high")))  # fmt: skip
-            after[r["var"]] = low[0], high[1]
+            ends = [bernstein.bounds(model.scope.identity(c.mode).poly(r[x]), space)
+                    for x in (("to", "to") if "to" in r else ("low", "high"))]  # fmt: skip
+            after[r["var"]] = ends[0][0], ends[1][1]
         if any(empty(x) for x in after.values()):
-            return None, sigma
-        return model.narrow(model.domain(edge["target"]), after), meet(sigma, (None, self.end))
+            return None, sigma, s
+        return model.narrow(model.domain(edge["target"]), after), meet(sigma, (None, self.end)), s
 
     def ends(self, i: int) -> bool:
         """Does no run stay in cell i longer than its dwell?"""
@@ -359,7 +385,7 @@ class Cells:
 
         Its guard must be a conjunction of bounds on single variables that hold from some scaled dwell on.
         """
-        c, guard, model = self.cells[i], self.model.guard(k, closed=False), self.model
+        c, guard, model = self.cells[i], self.model.guard(k), self.model
         slopes, first, last, strict = model.flow(c.mode)[1], Fraction(0), Fraction(0), False
         if guard is False or any(f[0] == "or" for f in ([guard] if not isinstance(guard, bool) else [])):
             return None
@@ -367,9 +393,12 @@ class Cells:
         moving: Box = {}
         reached: Box = {}
         for f in members:
-            for v, upper, tight, low, high in (None if f[0] in ("and", "or") else model.bounds(*f)) or [(None,) * 5]:
-                if v is None or low is None or high is None:
-                    return None
+            if f[0] not in ("and", "or") and not names(f[1]) & set(c.entry) and model.certainly(f, c.entry):
+                continue
+            found = None if f[0] in ("and", "or") else model.bounds(*f)
+            if found is None:
+                return None
+            for v, upper, tight, low, high in found:
                 a, b, slope = c.entry[v][0], c.entry[v][1], slopes[v]
                 if not slope and model.certainly(f, c.entry):
                     continue
@@ -377,7 +406,7 @@ class Cells:
                 if far is None or near is None or slope == 0 or (slope < 0) is not upper or f[0] == "==":
                     return None
                 ends = sorted(((low - near) / slope, (high - near) / slope, (low - far) / slope, (high - far) / slope))
-                first, last, strict = max(first, ends[0]), max(last, ends[3]), strict or bool(tight)
+                first, last, strict = max(first, ends[0]), max(last, ends[3]), strict or tight
                 moving[v] = hull(moving.get(v, (a, b)), (low, high))
                 reached[v] = meet(reached.get(v, (None, None)), (None, high) if upper else (low, None))
         margin = Fraction(1, 10**9) if strict else Fraction(0)
@@ -395,8 +424,8 @@ class Cells:
             return False
         if model.a["edges"][k]["urgent"]:
             return c.stay[1] is None or due[1] <= c.stay[1]
-        loose = all(op != "<" or model.certainly((op, p), c.entry) for op, p in literals(model.guard(k, closed=False)))
-        box = model.narrow(conj([model.guard(k), model.domain(c.mode)]), self.at(i, (due[0], c.stay[1])))
+        loose = all(op != "<" or model.certainly((op, p), c.entry) for op, p in literals(model.guard(k)))
+        box = model.narrow(conj([model.guard(k, closed=True), model.domain(c.mode)]), self.at(i, (due[0], c.stay[1])))
         return loose and c.stay[1] is not None and self.ends(i) and box is not None and model.lands(k, box)
 
     def never_stuck(self, i: int, time: Fraction | None) -> bool:

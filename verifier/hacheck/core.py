@@ -8,11 +8,11 @@ import json
 import os
 import re
 import stat
-from collections.abc import Iterable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from hacheck.rational import Fraction, Refused, Unreadable, number
+from hacheck.rational import Refused, Unreadable, number
 
 Json = Any
 MAX_BYTES = 128 << 20
@@ -94,9 +94,9 @@ def check_shape(value: Json, shape: Json, where: str) -> None:
         raise Unreadable(f"{where} has a wrong type")
 
 
-def by_name(items: Iterable[Json], what: str) -> dict[str, Json]:
+def by_name(items: list[Json], what: str) -> dict[str, Json]:
     """Items by name, each name once."""
-    out = {item["name"]: item for item in (items := list(items))}
+    out = {item["name"]: item for item in items}
     if len(out) != len(items):
         raise Unreadable(f"two {what} of one name")
     return out

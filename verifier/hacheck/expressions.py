@@ -8,8 +8,27 @@ from typing import Any
 from hacheck import bernstein
 from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
-from hacheck.rational import (ONE, PI, Beyond, Interval, Poly, Powers, Refused, add, const, constant, derivative, mul,
-                              names, number, power, scale, substitute, total, var)  # fmt: skip
+from hacheck.rational import (
+    ONE,
+    PI,
+    Beyond,
+    Interval,
+    Poly,
+    Powers,
+    Refused,
+    add,
+    const,
+    constant,
+    derivative,
+    mul,
+    names,  # fmt: skip
+    number,
+    power,
+    scale,
+    substitute,
+    total,
+    var,
+)
 
 Json = Any
 Case = tuple[Formula, Poly, Poly]  # (the case does not apply, numerator, denominator)
@@ -157,12 +176,12 @@ class Instant:
             return self._let(args[0])
         if op == "time" and (self.time is not None or self.scope.rho is not None):
             return [(False, self.time, ONE) if self.time is not None else (False, var("sigma"), self.scope.rho or ONE)]
-        known = self.env if op == "var" or args[:1] and args[0] in self.env else self.scope.params
+        known = self.env if op == "var" or (args[:1] and args[0] in self.env) else self.scope.params
         if op in ("var", "param") and args[0] in known:
             return [(False, known[args[0]], ONE)]
         if op in ("pi", "sym"):
             return [(False, var("pi") if op == "pi" else const(self.scope.ordinal(*args)), ONE)]
-        raise Beyond("the time is not tracked here") if op == "time" else Refused(f"there is no {op} {args[0]!a} here")
+        raise Beyond("the time is not tracked" if op == "time" else f"there is no {op} {args[0]!a} here")
 
     def _let(self, name: str) -> list[Case]:
         if name not in self._lets:
@@ -220,7 +239,7 @@ class Instant:
         still, rates = self.scope.identity(self.mode), self.scope.rates(self.mode)
         cases = still.value(e)
         moving = {**rates, **({"sigma": self.scope.rho} if self.scope.rho is not None else {})}
-        if len(cases) > 1 or names(cases[0][2]) & set(moving) or self.time is not None and "sigma" in names(cases[0][1]):
+        if len(cases) > 1 or names(cases[0][2]) & set(moving) or (self.time is not None and "sigma" in names(cases[0][1])):
             raise Beyond("a derivative of what is no polynomial")
         slope = total(mul(derivative(cases[0][1], v), r) for v, r in moving.items())
         return substitute(slope, self.env, self._powers), cases[0][2]
@@ -233,7 +252,7 @@ class Instant:
             return (self.scope.types if op == "var" else self.scope.constant_types()).get(args[0]) == "bool"
         if op == "let":
             return bool(self.scope.let(self.mode, args[0])["type"] == "bool")
-        return op in TRUTHS or isinstance(args[0] if args else 0, bool) and not op
+        return op in TRUTHS or (isinstance(args[0] if args else 0, bool) and not op)
 
     def _careful_formula(self, e: Json, neg: bool) -> Formula:
         self._careful += 1

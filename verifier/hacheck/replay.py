@@ -38,7 +38,8 @@ class Walk:
         self.params = self._params(run.get("params"))
         self.mode, self.time = str(run.get("mode")), ZERO
         self.values = self.start(self.mode, run.get("values"))
-        self.edge, landed = None, self.instant(self.values)
+        self.edge: int | None = None
+        landed = self.instant(self.values)
         self.need(self._assumed(landed), "an assumption does not hold at the start")
         for step in run["steps"]:
             if not isinstance(step, dict):
@@ -135,9 +136,7 @@ class Walk:
         """
         if d < 0:
             raise Refused("a run dwells for a negative time")
-        rates = self.model.scope.rates(self.mode)
-        moved = {v: add(x, mul(var("s"), substitute(rates[v], self.params, {}))) for v, x in self.values.items()}
-        at = self.instant(moved, var("s"))
+        at = self._soon()
         if d > 0:
             self.need(self._domain(at), "it leaves the domain", d)
             self.need(self._assumed(at), "an assumption fails", d)
@@ -146,7 +145,7 @@ class Walk:
                     self.need(self.enabled(k, at, neg=True), "it dwells where an urgent edge is due", d, half_open=True)
         if self.watch:
             self.watch(at, d, self.time)
-        self.values = {v: substitute(p, {"s": const(d)}, {}) for v, p in moved.items()}
+        self.values = {v: substitute(at.env[v], {"s": const(d)}, {}) for v in self.values}
         self.time += d
 
     def landing(self, k: int, at: Instant, chosen: dict[str, Poly]) -> Instant:
@@ -168,7 +167,7 @@ class Walk:
 
     def jump(self, k: Json, values: Json) -> Instant:
         """Take edge k: its guard holds as written, or it is urgent and due; the outcome is in the target's domain."""
-        if type(k) is not int or not 0 <= k < len(self.model.a["edges"]) or self.model.a["edges"][k]["source"] != self.mode:
+        if type(k) is not int or k not in self.model.leaving[self.mode]:
             raise Refused("a run takes an edge that its mode does not have")
         edge, at = self.model.a["edges"][k], self.instant(self.values)
         sets = [r for r in edge["resets"] if "to" not in r]
@@ -181,7 +180,7 @@ class Walk:
         landed = self.landing(k, at, chosen)
         for r in sets:
             for op, e in (("<=", r["low"]), (">=", r["high"])):
-                self.need(at.formula([op, e, number_text(chosen[r["var"]])]), "a chosen value is not among the possible ones")
+                self.need(at.formula([op, e, str(constant(chosen[r["var"]]))]), "a chosen value is not a possible one")
         state = {v: landed.env[v] for v in self.values}
         self._typed(state)
         self.mode, self.values, self.edge = edge["target"], state, k
@@ -192,6 +191,7 @@ class Walk:
         return landed
 
     def _soon(self) -> Instant:
+        """The states after a dwell s from now."""
         rates = self.model.scope.rates(self.mode)
         moved = {v: add(x, mul(var("s"), substitute(rates[v], self.params, {}))) for v, x in self.values.items()}
         return self.instant(moved, var("s"))
@@ -210,8 +210,3 @@ class Walk:
         fires = [self.enabled(k, soon, neg=True) for k in self.model.leaving[self.mode]]
         later = conj([outside, *fires])
         return self.surely(conj(blocked)) and variables(later) <= {"s"} and sturm.soon(later, ZERO)
-
-
-def number_text(p: Poly) -> str:
-    """A constant polynomial as the core writes it."""
-    return str(constant(p))

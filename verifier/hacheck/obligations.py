@@ -1,0 +1,448 @@
+"""What a claim comes to, derived from the core alone, and whether its certificate shows it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from hacheck import bernstein
+from hacheck.cells import Box, Cells, Model, placement
+from hacheck.core import Core
+from hacheck.expressions import Instant, Scope
+from hacheck.formula import NEGATED, Formula, conj, disj, replace, variables
+from hacheck.rational import Beyond, Poly, Powers, Refused, constant, spend, substitute
+from hacheck.replay import Walk
+
+Json = Any
+JUMPY = {"jump", "jumped", "pre"}
+
+
+def canonical_hash(value: Json) -> str:
+    """SHA-256 of the canonical JSON of a value."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def nodes(value: Json) -> Iterator[list[Json]]:
+    """All lists inside a JSON value that begin with a string, outermost first."""
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, list):
+            if item and isinstance(item[0], str):
+                yield item
+            stack.extend(reversed(item))
+        elif isinstance(item, dict):
+            stack.extend(item.values())
+
+
+def mentioned(core: Core, value: Json, hidden: set[str]) -> list[Json]:
+    """The top-level constants that a value mentions, transitively, in the order of the core."""
+    found: set[str] = set()
+    new = {n[1] for n in nodes(value) if n[0] == "const" and len(n) == 2 and isinstance(n[1], str)} - hidden
+    while new:
+        found |= new
+        values = [core.constants[n]["value"] for n in new if n in core.constants]
+        new = {n[1] for n in nodes(values) if n[0] == "const" and len(n) == 2 and isinstance(n[1], str)} - found
+    return [c for c in core.data["constants"] if c["name"] in found]
+
+
+def fold(e: Json, mode: str, edge: Json) -> bool | None:
+    """The truth value that `at`, `jump`, `jumped` and truth constants give an expression, if they do."""
+    if isinstance(e, bool):
+        return e
+    op = e[0] if isinstance(e, list) and e else None
+    if op == "implies":
+        a = fold(e[1], mode, edge)
+        return True if a is False else _after(a, fold(e[2], mode, edge))
+    if op in ("and", "or"):
+        members = [fold(x, mode, edge) for x in e[1:]]
+        return (op == "or") if (op == "or") in members else None if None in members else op == "and"
+    if op == "not":
+        inner = fold(e[1], mode, edge)
+        return None if inner is None else not inner
+    if op == "at":
+        return bool(e[1] == mode)
+    if op in ("jump", "jumped"):
+        return edge is not None and (op == "jumped" or e[1] == edge["name"])
+    if op == "pre":
+        return fold(e[1], edge["source"] if edge else mode, None)
+    if op == "if":
+        a = fold(e[1], mode, edge)
+        return None if a is None else fold(e[2 if a else 3], mode, edge)
+    return None
+
+
+def _after(premise: bool | None, conclusion: bool | None) -> bool | None:
+    return conclusion if premise or conclusion else None
+
+
+def conjuncts(e: Json) -> list[Json]:
+    """The members of a conjunction; an implication is distributed over those of its conclusion."""
+    if isinstance(e, list) and e and e[0] == "and":
+        return [c for x in e[1:] for c in conjuncts(x)]
+    if isinstance(e, list) and len(e) == 3 and e[0] == "implies":
+        return [["implies", e[1], c] for c in conjuncts(e[2])]
+    return [e]
+
+
+def pushed(e: Json) -> Json:
+    """An expression with a negation at its top pushed inwards by one level."""
+    inner = e[1] if isinstance(e, list) and len(e) == 2 and e[0] == "not" and isinstance(e[1], list) and e[1] else [None]
+    if inner[0] == "or":
+        return ["and", *(["not", x] for x in inner[1:])]
+    if inner[0] == "not":
+        return inner[1]
+    if inner[0] == "implies":
+        return ["and", inner[1], ["not", inner[2]]]
+    return [NEGATED[inner[0]], *inner[1:]] if inner[0] in NEGATED else e
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of an `always` goal; `place` is a mode's name or an edge's index."""
+
+    kind: str
+    where: str
+    output: str
+    place: Any
+    conjuncts: tuple[Json, ...]
+
+
+def parts(automaton: Json, condition: Json) -> Iterator[Part]:
+    """The parts of `always condition`, in their order."""
+    if condition == ["not", ["stuck"]]:
+        yield from (Part("stuck", m["name"], "", m["name"], ()) for m in automaton["modes"])
+        return
+    groups: dict[str, list[Json]] = {}
+    for c in conjuncts(pushed(condition)):
+        seen = [{n[1] for n in nodes(c) if n[0] == kind} for kind in ("let", "var")]
+        groups.setdefault(",".join(sorted(seen[0] or seen[1])), []).append(c)
+    for m in automaton["modes"]:
+        spend(len(groups))
+        for output, cs in groups.items():
+            if any(fold(c, m["name"], None) is not True for c in cs):
+                yield Part("dwell", m["name"], output, m["name"], tuple(cs))
+    jumpy = {o: cs for o, cs in groups.items() if any(n[0] in JUMPY for n in nodes(cs))}
+    ends = [(e["source"], e["target"]) for e in automaton["edges"]] if jumpy else []
+    for k, (source, target) in enumerate(ends):
+        edge = automaton["edges"][k]
+        where = f"{source} -> {target}" + (f" ({edge['name']})" if ends.count((source, target)) > 1 else "")
+        for output, cs in jumpy.items():
+            if any(fold(c, target, edge) is not True for c in cs):
+                yield Part("jump", where, output, k, tuple(cs))
+
+
+class Setting:
+    """An automaton under one reading of its constants, with what several claims share."""
+
+    def __init__(self, core: Core, automaton: Json, rounding: bool, load: Callable[[str], Json]) -> None:
+        self.core, self.a, self.load = core, automaton, load
+        self.model = Model(Scope(core, automaton, rounding, Scope(core, automaton, rounding)))
+        hidden = {c["name"] for c in automaton["constants"]}
+        data = core.data
+        self.hash = canonical_hash({"automaton": automaton, "constants": mentioned(core, automaton, hidden), "params":
+                                    data["params"], "enums": data["enums"], "assumptions": data["assumptions"]})  # fmt: skip
+        self.own = hidden & set(core.constants)
+        self._cells: dict[tuple[str, bool], Cells | Refused] = {}
+        self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
+        self._starts: set[str] = set()
+
+    def cells(self, name: Json, meeting: bool) -> Cells:
+        """A file of cells, checked for completeness once; `meeting`: each run leaves them or meets the goal."""
+        key = (str(name), meeting)
+        if key not in self._cells:
+            try:
+                self._cells[key] = Cells(self.model, self.load(str(name)), meeting)
+            except Refused as e:
+                self._cells[key] = e
+        found = self._cells[key]
+        if isinstance(found, Refused):
+            raise found
+        self.model.scope.rho = found.rho
+        return found
+
+    def start(self, start: Json, assume: list[Json]) -> None:
+        """A start is admissible and satisfies what is assumed: nothing is proved of nothing."""
+        key = canonical_hash([start, assume])
+        if key not in self._starts:
+            if not isinstance(start, dict):
+                raise Refused("a certificate names no start")
+            Walk(self.model, {**start, "steps": [], "last": "0"}, assume)
+            self._starts.add(key)
+
+    def place(self, cells: Cells, i: int, s: Any, sets: Box) -> tuple[dict[str, Poly], Box, Powers]:
+        """A placement, remembered."""
+        key = (id(cells), i, s, tuple(sets.items()))
+        if key not in self._placed:
+            self._placed[key] = (*placement(cells, i, s, sets), {})
+        return self._placed[key]
+
+
+class Question:
+    """One goal of a claim: its condition, horizon and assumptions, taken from the core."""
+
+    def __init__(self, setting: Setting, claim: Json, goal: Json) -> None:
+        self.setting, self.claim, self.goal, self.model = setting, claim, goal, setting.model
+        self.assume = [*setting.core.data["assumptions"], *claim["assume"]]
+        window = goal["window"] or []
+        if len(window) not in (0, 2):
+            raise Refused("a window has not two ends")
+        self.after = self._time(window[0]) if window else None
+        limits = [self._time(e) for e in (claim["horizon"]["time"], goal["within"], *window[1:]) if e is not None]
+        self.limit = min(limits) if limits else None
+        self.jumps = claim["horizon"]["jumps"]
+        if any(n[0] == "const" and len(n) == 2 and n[1] in setting.own for n in nodes([goal, claim["horizon"], claim["assume"]])):
+            raise Beyond("a constant of the claim that the automaton has too")
+        about = {"goal": goal, "horizon": claim["horizon"], "assume": claim["assume"]}
+        self.hash = canonical_hash({**about, "constants": mentioned(setting.core, about, set())})
+
+    def _time(self, e: Json) -> Fraction:
+        q = constant(Instant(self.model.scope, None, {}).poly(e))
+        if q is None:
+            raise Beyond("a time that is no rational")
+        return q
+
+    def part_hash(self, kind: str, where: str, output: str) -> str:
+        """The hash of a part's obligation."""
+        return canonical_hash(["haverify.obligation/1", self.setting.hash, self.hash, kind, where, output])
+
+    def verdict(self, entry: Json) -> tuple[str | None, list[tuple[str, str, str]]]:
+        """What a goal entry of a certificate establishes, and the verdict of each part; Refused where it does not."""
+        kind = entry.get("kind") if isinstance(entry, dict) else None
+        if entry == {}:
+            return None, []
+        if kind in ("run", "inevitable") and entry.get("hash") != self.part_hash("goal", "", ""):
+            raise Refused("a goal has another hash than the obligation derived from the core")
+        if kind == "cells" and self.goal["kind"] in ("always", "can_reach"):
+            return self._cells(entry)
+        if kind == "inevitable" and self.goal["kind"] == "reach":
+            self._inevitable(entry)
+            return "proved", []
+        if kind == "run" and self.goal["kind"] in ("reach", "can_reach"):
+            met = self.goal["kind"] == "can_reach"
+            (self._witness if met else self._missed)(entry.get("run"))
+            return ("proved" if met else "refuted"), []
+        raise Beyond(f"a goal `{self.goal['kind']}` shown in this way")
+
+    def _cells(self, entry: Json) -> tuple[str | None, list[tuple[str, str, str]]]:
+        positive = self.goal["kind"] == "always"
+        condition = self.goal["condition"] if positive else ["not", self.goal["condition"]]
+        derived, given = list(parts(self.setting.a, condition)), entry.get("parts")
+        if not isinstance(given, list) or len(given) != len(derived):
+            raise Refused(f"{len(derived)} parts are to be shown, the certificate has another number")
+        if not given or any(isinstance(p, dict) and "proof" in p for p in given):
+            self.setting.start(entry.get("start"), self.assume)
+        found = [(p.where, p.output, self._part(entry, p, g)) for p, g in zip(derived, given, strict=True)]
+        verdicts = {v for _, _, v in found}
+        if "refuted" in verdicts and not positive:
+            raise Refused("a run beside the proof that there is none")
+        if "refuted" in verdicts or "unknown" in verdicts:
+            return ("refuted" if "refuted" in verdicts else None), found
+        return ("proved" if positive else "refuted"), found
+
+    def _part(self, entry: Json, part: Part, given: Json) -> str:
+        if not isinstance(given, dict) or any(given.get(k) != getattr(part, k) for k in ("kind", "where", "output")):
+            raise Refused(f"the part {part.where} {part.output} is missing or in another place")
+        if given.get("hash") != self.part_hash(part.kind, part.where, part.output):
+            raise Refused(f"the part {part.where} {part.output} has another hash than the one derived from the core")
+        if "proof" in given and "run" in given:
+            raise Refused("a part with a proof and a run")
+        if "proof" in given:
+            if self.claim["inductive"]:
+                raise Beyond("proofs that an invariant is inductive")
+            cells = self.setting.cells(entry.get("cells"), False)
+            self._covers(cells)
+            self._prove(cells, part, given["proof"])
+            return "proved"
+        if "run" in given:
+            self._violated(part, given["run"])
+            return "refuted"
+        return "unknown"
+
+    def _covers(self, cells: Cells) -> None:
+        """The cells are complete for all instants that the goal speaks of."""
+        if cells.time is not None and (self.limit is None or cells.time < self.limit):
+            raise Refused("the cells end before the claim's horizon")
+        if cells.jumps is not None and (self.limit is not None or self.jumps is None or cells.jumps < self.jumps):
+            raise Refused("the cells end before the claim's last jump")
+
+    def _timing(self, at: Instant, tracked: bool, terminal: bool) -> Formula:
+        """What is false at instants the goal does not speak of (S20); in a terminal mode time may go on alone."""
+        ends = [(self.limit, ">"), (None if terminal else self.after, "<")]
+        return disj(at.formula([op, ["time"], str(q)]) for q, op in ends if q is not None and tracked)
+
+    def _outside(self, cells: Cells, at: Instant) -> list[Formula]:
+        """Reasons why nothing is claimed at an instant in cells: outside the domain, the assumptions, the time."""
+        mode = self.model.scope.modes[str(at.mode)]
+        if mode["terminal"] and any(n[0] == "time" for n in nodes([self.goal["condition"], mode["lets"], self.setting.a["lets"]])):
+            raise Beyond("time in a claim about a terminal mode")
+        return [at.formula(mode["domain"], closed=True, outer=True), *(at.formula(a, True) for a in self.assume),
+                self._timing(at, cells.timed, mode["terminal"])]  # fmt: skip
+
+    def _prove(self, cells: Cells, part: Part, proof: Json) -> None:
+        """One tree for each cell that the part concerns."""
+        if part.kind == "stuck":
+            if not all(cells.never_stuck(i, self.limit) for i in cells.by_mode[part.place]):
+                raise Refused(f"a run may be stuck in mode {part.place}")
+            return
+        boxes: list[tuple[int, Any, Box]] = []
+        if part.kind == "dwell":
+            at = self.model.scope.identity(part.place)
+            boxes = [(i, cells.cells[i].stay, {}) for i in cells.by_mode[part.place]]
+            claimed, excuses = conj(at.formula(c) for c in part.conjuncts), []
+        else:
+            edge, at = self.setting.a["edges"][part.place], self.model.landing(part.place)
+            for i in cells.by_mode[edge["source"]]:
+                after, _, s = cells.outcome(i, part.place, cells.cells[i].stay)
+                if after is not None and not (cells.jumps is not None and cells.cells[i].jumps == cells.jumps):
+                    boxes.append((i, s, {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}))
+            claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in JUMPY for n in nodes(c)))
+            before = self.model.scope.identity(edge["source"])
+            excuses = [before.formula(edge["guard"], closed=edge["urgent"], outer=True),
+                       before.formula(self.model.scope.modes[edge["source"]]["domain"], closed=True, outer=True)]  # fmt: skip
+        if not isinstance(proof, list) or len(proof) != len(boxes):
+            raise Refused(f"the part {part.where} {part.output} concerns {len(boxes)} cells, its proof another number")
+        f = disj([claimed, *excuses, *self._outside(cells, at)])
+        for tree, (i, s, sets) in zip(proof, boxes, strict=True):
+            self._tree(tree, f, self.setting.place(cells, i, s, sets))
+
+    def _tree(self, tree: Json, f: Formula, placed: tuple[dict[str, Poly], Box, Powers]) -> None:
+        env, box, powers = placed
+        f = replace(f, lambda op, p: _literal(op, substitute(p, env, powers)))
+        known = self.model.scope.box
+        narrowed = self._params(box)
+        bernstein.replay(tree, f, {**{v: known[v] for v in variables(f) if v not in box and v in known}, **narrowed})
+
+    def _params(self, box: Box) -> Box:
+        """The params' box, cut to what is assumed of each of them alone."""
+        if not self.assume:
+            return box
+        still = Instant(self.model.scope, None, {})
+        params = {p: box[p] for p in self.model.scope.params if p in box}
+        for a in self.assume:
+            try:
+                params = self.model.narrow(still.formula(a, closed=True), params) or params
+            except Beyond:
+                continue
+        return {**box, **params}
+
+    def _inevitable(self, entry: Json) -> None:
+        """Each cell meets the goal in time, or is certainly left, for cells further on."""
+        if self.limit is None or (self.goal["within"] is None and self.jumps is not None) or self.after is not None:
+            raise Beyond("a `reach` without a time limit")
+        self.setting.start(entry.get("start"), self.assume)
+        cells = self.setting.cells(entry.get("cells"), True)
+        if not cells.timed:
+            raise Refused("the cells do not track time")
+        for i, c in enumerate(cells.cells):
+            if c.meet is None:
+                if self.model.scope.modes[c.mode]["terminal"] or not any(cells.exits(i, k) for k in self.model.leaving[c.mode]):
+                    raise Refused(f"a run need not leave a cell of mode {c.mode}")
+                continue
+            if self.model.scope.modes[c.mode]["terminal"] and c.meet > 0:
+                raise Refused(f"a run may end in the terminal mode {c.mode} before it meets the goal")
+            at = self.model.scope.identity(c.mode)
+            assumed = [at.formula(a, True) for a in self.assume]
+            met = conj([at.formula(self.goal["condition"]), at.formula(["<=", ["time"], str(self.limit)])])
+            self._tree("b", disj([met, *assumed]), self.setting.place(cells, i, (c.meet, c.meet), {}))
+            self._tree("b", self.model.domain(c.mode), self.setting.place(cells, i, (Fraction(0), c.meet), {}))
+
+    def _in_time(self, walk: Walk) -> None:
+        end = walk.end
+        if (self.limit is not None and end.time > self.limit) or (self.after is not None and end.time < self.after):
+            raise Refused("a run ends at an instant that the claim does not speak of")
+        if self.jumps is not None and claim_ends_by_jumps(self) and (
+                end.jumps > self.jumps or (end.jumps == self.jumps and end.edge is None and end.jumps > 0)):  # fmt: skip
+            raise Refused("a run makes more jumps than the claim speaks of")
+
+    def _violated(self, part: Part, run: Json) -> None:
+        """The run violates a conjunct of the part at its last instant."""
+        walk = Walk(self.model, run, self.assume)
+        self._in_time(walk)
+        if part.kind == "stuck":
+            if not (walk.mode == part.place and walk.stuck()):
+                raise Refused("a run is not stuck at its end")
+            return
+        if (walk.mode if part.kind == "dwell" else walk.end.edge) != part.place:
+            raise Refused("a run ends elsewhere than its part says")
+        wrong = disj(walk.end.instant.formula(c, True) for c in part.conjuncts)
+        if not walk.surely(wrong):
+            raise Refused("a run does not violate the claim at its end")
+
+    def _witness(self, run: Json) -> None:
+        walk = Walk(self.model, run, self.assume)
+        self._in_time(walk)
+        stuck = self.goal["condition"] == ["stuck"]
+        if not (walk.stuck() if stuck else walk.surely(walk.end.instant.formula(self.goal["condition"]))):
+            raise Refused("a run does not meet the goal at its end")
+
+    def _missed(self, run: Json) -> None:
+        """The goal is never met up to the bound, and the run goes beyond it or ends."""
+        if (self.limit is None and self.jumps is not None) or self.after is not None:
+            raise Beyond("a `reach` bounded by jumps")
+        bounds = [self._time(e) for e in (self.claim["horizon"]["time"], self.goal["within"]) if e is not None]
+        limit = max(bounds) if bounds else None
+
+        def watch(at: Instant, dwell: Fraction, time: Fraction) -> None:
+            if limit is None or time <= limit:
+                upto = dwell if limit is None else min(dwell, limit - time)
+                missed.append((at, upto))
+
+        missed: list[tuple[Instant, Fraction]] = []
+        walk = Walk(self.model, run, self.assume, watch)
+        if not all(walk.surely(at.formula(self.goal["condition"], True), upto) for at, upto in missed):
+            raise Refused("a run that should miss the goal may meet it")
+        ended = self.model.scope.modes[walk.mode]["terminal"] and not any(
+            n[0] == "time" for n in nodes([self.goal["condition"], self.setting.a["lets"], self.setting.a["modes"]]))
+        if not ((limit is not None and walk.time > limit) or ended or walk.stuck()):
+            raise Refused("a run stops before the goal's time is over")
+
+
+def claim_ends_by_jumps(question: Question) -> bool:
+    """`within K jumps` alone is a horizon; beside a time K only limits the analysis (S24)."""
+    return question.limit is None
+
+
+def _literal(op: str, p: Poly) -> Formula:
+    q = constant(p)
+    return (op, p) if q is None else {"<": q < 0, "<=": q <= 0, "==": q == 0, "!=": q != 0}[op]
+
+
+def established(core: Core, claim: Json, certificate: Json, settings: Callable[[Json, bool], Setting],
+                ) -> tuple[str, str | None, list[tuple[str, str, str]]]:  # fmt: skip
+    """The verdict, the verdict within rounding, and the parts that a certificate establishes."""
+    if not isinstance(certificate, dict) or certificate.get("schema") != "haverify.certificate/1":
+        raise Refused("its certificate has another schema")
+    if certificate.get("claim") != claim["name"] or certificate.get("verdict") not in ("proved", "refuted"):
+        raise Refused("its certificate is about another claim or has no verdict")
+    if claim["on"] not in core.automata or claim["which"]:
+        raise Beyond("claims about systems, rules and formulas, and `for which`")
+    automaton = core.automata[claim["on"]]
+    verdict, found = _goals(claim, certificate, settings(automaton, False))
+    rounding = certificate.get("rounding")
+    if rounding is None:
+        return verdict, None, found
+    if not isinstance(rounding, dict):
+        raise Refused("the rounding verdict is malformed")
+    return verdict, _goals(claim, rounding, settings(automaton, True))[0], found
+
+
+def _goals(claim: Json, certificate: Json, setting: Setting) -> tuple[str, list[tuple[str, str, str]]]:
+    given, wanted = certificate.get("goals"), certificate.get("verdict")
+    if not isinstance(given, list) or len(given) != len(claim["goals"]) or not given:
+        raise Refused("its certificate does not have one entry for each goal")
+    found: list[tuple[str, str, str]] = []
+    verdicts = []
+    for goal, entry in zip(claim["goals"], given, strict=True):
+        v, listed = Question(setting, claim, goal).verdict(entry)
+        verdicts.append(v)
+        found += listed
+    shown = "refuted" if "refuted" in verdicts else "proved" if all(v == "proved" for v in verdicts) else None
+    if shown is None or shown != wanted:
+        raise Refused(f"its certificate does not establish the verdict {wanted!a}")
+    return shown, found
