@@ -81,63 +81,62 @@ def _lower(a: tuple[End, bool], b: tuple[End, bool]) -> tuple[End, bool]:
     return a if b[0] is None or a[0] < b[0] else (a[0], a[1] or b[1])
 
 
-def narrow(f: Formula, box: Box, params: Mapping[str, tuple[Q, Q]]) -> Box | None:
-    """The box cut down by the bounds that `f` puts on single variables; None where `f` cannot hold in it.
+def narrow(f: Formula, box: Box, params: Mapping[str, tuple[Q, Q]], strict: bool = False) -> Box | None:
+    """The box cut down by the bounds that `f` puts on single variables; None where that leaves nothing.
 
-    Literals on several variables are not used, those on params only by their range.
+    Literals on several variables are not used, those on params only by their range. Unless `strict`, bounds are read
+    as closed and `!=` is not used: certificates know no open ends.
     """
     if isinstance(f, bool):
         return box if f else None
     if isinstance(f, Literal):
-        return _narrow_literal(f, box, params)
+        return _narrow_literal(f, box, params, strict)
     if f.is_and:
         for m in f.members:
-            narrowed = narrow(m, box, params)
+            narrowed = narrow(m, box, params, strict)
             if narrowed is None:
                 return None
             box = narrowed
         return box
-    return _narrow_alternatives(f, box, params)
+    return _narrow_alternatives(f, box, params, strict)
 
 
-def _narrow_alternatives(f: Junction, box: Box, params: Mapping[str, tuple[Q, Q]]) -> Box | None:
+def _narrow_alternatives(f: Junction, box: Box, params: Mapping[str, tuple[Q, Q]], strict: bool) -> Box | None:
     result: Box | None = None
     for m in f.members:
-        part = narrow(m, box, params)
+        part = narrow(m, box, params, strict)
         if part is not None:
             result = part if result is None else {v: result[v].hull(part[v]) for v in box}
     return result
 
 
-def _narrow_literal(f: Literal, box: Box, params: Mapping[str, tuple[Q, Q]]) -> Box | None:
+def _narrow_literal(f: Literal, box: Box, params: Mapping[str, tuple[Q, Q]], strict: bool) -> Box | None:
     found = single(f.polynomial, box)
-    if found is None:
+    if found is None or not all(v in params for v in found[2].variables):
         return box
     name, factor, rest = found
-    if not all(v in params for v in rest.variables):
-        return box
     low, high = range_on(rest, params)
     if name is None:
-        return None if by_bounds(f.op, low, high) is False else box
-    cut = box[name].meet(_allowed(f.op, factor, low, high))
-    if cut.is_empty or (f.op == "!=" and low == high and cut.is_point and cut.low == -low / factor):
+        return None if strict and by_bounds(f.op, low, high) is False else box
+    cut = box[name].meet(_allowed(f.op, factor, low, high, strict))
+    if cut.is_empty or (strict and f.op == "!=" and low == high and cut.is_point and cut.low == -low / factor):
         return None
     return box if cut == box[name] else {**box, name: cut}
 
 
-def _allowed(op: str, factor: Q, low: Q, high: Q) -> Interval:
+def _allowed(op: str, factor: Q, low: Q, high: Q, strict: bool) -> Interval:
     """Where `factor * v + r op 0` for some r in [low, high]."""
     if op == "!=":
         return EVERYTHING
     ends = sorted((-low / factor, -high / factor))
     if op == "==":
         return Interval(ends[0], ends[1])
-    strict = op == "<"
-    return Interval(None, ends[1], False, strict) if factor > 0 else Interval(ends[0], None, strict, False)
+    is_open = strict and op == "<"
+    return Interval(None, ends[1], False, is_open) if factor > 0 else Interval(ends[0], None, is_open, False)
 
 
 def single(p: Polynomial, box: Mapping[str, object]) -> tuple[str | None, Q, Polynomial] | None:
-    """`(v, a, r)` with `p = a v + r`, `a` a rational and `r` free of the box's variables; v is None where p has none of them."""
+    """`(v, a, r)` with `p = a v + r`, `a` a rational, `r` free of the box's variables; v is None where `p` has none."""
     names = [v for v in p.variables if v in box]
     if not names:
         return None, Q(0), p

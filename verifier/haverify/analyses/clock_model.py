@@ -144,6 +144,7 @@ class ClockModel:
                 self.values.symbol,
                 self._truths,
                 self._rates(mode),
+                box=self.params,
             )
         return self._scopes[index]
 
@@ -241,7 +242,8 @@ class ClockModel:
         values = {**self._variables, **assigned}
         landing = Landing(self.timed_scope(edge.source), after, assigned)
         return Scope(
-            f"the jump {edge.name}", values, after.lets, after.constants, after.symbols, after.truths, after.rates, after.time, landing
+            f"the jump {edge.name}", values, after.lets, after.constants, after.symbols, after.truths, after.rates, after.time,
+            self.params, landing
         )
 
 

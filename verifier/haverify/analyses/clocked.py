@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import product
 
 from haverify.analyses.bounds import EVERYTHING, Box, Interval, image, narrow, point, single
-from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel, closed
+from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel
 from haverify.maths.bernstein import bounds as range_on
 from haverify.maths.polynomial import Polynomial
 from haverify.model.hybrid import Assign, Init, Range
-from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, conjunction, truth
+from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, truth
+from haverify.obligations.translate import OutsideFragmentError
 
 Q = Fraction
 MOST_CELLS = 20_000
@@ -117,8 +117,7 @@ class _Search:
             for k in self.found.model.leaving[cell.mode]:
                 out = leave(self.found.model, cell, self.found.model.edge(k), self.found.limit)
                 if out is not None and (self.found.jumps is None or (cell.jumps or 0) < self.found.jumps):
-                    for landed in landings(self.found.model, cell, out):
-                        self.add(landed, index, k)
+                    self.add(landed(cell, out, self.found.model), index, k)
 
     def add(self, cell: Cell, parent: int | None = None, edge: int = 0) -> None:
         """Make sure that some cell covers this one, and look at it again if it grew for that."""
@@ -161,16 +160,9 @@ def _join(model: ClockModel, old: Cell, new: Cell) -> None:
 
 
 def _forget_covered(found: Cells) -> None:
-    """Drop cells that another one covers; their successors are covered by the other's."""
-    kept: list[int] = []
-    for i, cell in enumerate(found.cells):
-        others = [j for j, c in enumerate(found.cells) if j != i and _same_kind(c, cell) and _covers(c, cell)] if cell.joins or any(
-            c.joins for c in found.cells
-        ) else []
-        if not any(j in kept or j > i for j in others):
-            kept.append(i)
-    if len(kept) == len(found.cells):
-        return
+    """Drop cells that a joined one covers; their successors are covered by the other's."""
+    joined = [j for j, c in enumerate(found.cells) if c.joins]
+    kept = [i for i, c in enumerate(found.cells) if c.joins or not any(_hides(found.cells[j], c) for j in joined)]
     position = {old: new for new, old in enumerate(kept)}
     found.cells = [found.cells[i] for i in kept]
     for cell in found.cells:
@@ -178,53 +170,55 @@ def _forget_covered(found: Cells) -> None:
             cell.parent = (position[cell.parent[0]], cell.parent[1]) if cell.parent[0] in position else None
 
 
-def _same_kind(a: Cell, b: Cell) -> bool:
-    return a.mode == b.mode and a.jumps == b.jumps
+def _hides(old: Cell, new: Cell) -> bool:
+    return old.mode == new.mode and old.jumps == new.jumps and _covers(old, new)
 
 
 def starts(model: ClockModel, tracked: bool, counted: bool) -> Iterator[Cell]:
-    """One cell for each init line, mode it allows, and value of the discrete variables."""
+    """One cell for each init line and mode it allows."""
     for init in model.automaton.init:
         modes = range(len(model.automaton.modes)) if init.mode is None else [model.index[init.mode]]
         for index in modes:
-            box = start_box(model, init, index)
-            if box is None:
-                continue
-            for entry in _split_discrete(model, box):
+            entry = start_box(model, init, index)
+            if entry is not None:
                 yield Cell(index, entry, point(Q(0)) if tracked else None, 0 if counted else None)
 
 
-def start_box(model: ClockModel, init: Init, index: int) -> Box | None:
-    """The closed box of the states that an init line allows in a mode, None where there is none."""
-    mode = model.mode(index)
-    if mode.allowed is None:
-        return None
-    scope = model.scope(index)
-    box: Box | None = dict(model.windows)
-    assert box is not None, "windows are a box"
+def start_box(model: ClockModel, init: Init, index: int, strict: bool = False) -> Box | None:
+    """The closed box of the states that an init line allows in a mode, None where there is none.
+
+    The declared range stands in where neither the line nor the domain bounds a variable.
+    """
+    mode, scope = model.mode(index), model.scope(index)
+    box: Box | None = {v: EVERYTHING for v in model.windows}
     for a in init.assigns:
-        box[a.var] = assigned(model, scope_box=box, a=a, index=index)
+        box = {**(box or {}), a.var: _assigned(model, a, index)}
     for f in (scope.formula(init.where), mode.domain):
-        box = None if box is None else narrow(f, box, model.params)
-    return None if box is None else {v: x.closed for v, x in box.items()}
+        box = None if box is None else narrow(f, box, model.params, strict)
+    if box is None or any(x.is_empty for x in box.values()):
+        return None
+    return {v: _filled(x.closed, model.windows[v]) for v, x in box.items()}
 
 
-def assigned(model: ClockModel, scope_box: Box, a: Assign, index: int) -> Interval:
-    """The values that an assignment of an init line gives."""
+def _filled(x: Interval, window: Interval) -> Interval:
+    return Interval(window.low if x.low is None else x.low, window.high if x.high is None else x.high)
+
+
+def _assigned(model: ClockModel, a: Assign, index: int) -> Interval:
+    """The values that an assignment of an init line gives; its right side reads constants and params."""
     scope = model.scope(index)
     if isinstance(a.to, Range):
         low, high = scope.polynomial(a.to.low), scope.polynomial(a.to.high)
-        return Interval(image(low, scope_box, model.params).low, image(high, scope_box, model.params).high)
+        return Interval(_constant_range(model, low).low, _constant_range(model, high).high)
     if scope.is_truth(a.to):
         return point(Q(int(scope.formula(a.to) is True)))
-    return image(scope.polynomial(a.to), scope_box, model.params)
+    return _constant_range(model, scope.polynomial(a.to))
 
 
-def _split_discrete(model: ClockModel, box: Box) -> Iterator[Box]:
-    names = [v for v in model.discrete if not box[v].is_point]
-    choices = [[x for x in model.discrete[v] if box[v].contains(point(x))] for v in names]
-    for values in product(*choices):
-        yield {**box, **{v: point(x) for v, x in zip(names, values, strict=True)}}
+def _constant_range(model: ClockModel, p: Polynomial) -> Interval:
+    if not all(v in model.params for v in p.variables):
+        raise OutsideFragmentError("a start is computed from other variables")
+    return Interval(*range_on(p, model.params))
 
 
 def moved(entry: Interval, slope: Q, first: Q, last: Q | None) -> Interval:
@@ -270,7 +264,7 @@ def due(model: ClockModel, cell: Cell, edge: ClockEdge) -> Q | None:
     if ends is None:
         return None
     before = {v: moved(x, model.mode(cell.mode).slopes[v], Q(0), ends) for v, x in cell.entry.items()}
-    narrowed = narrow(closed(edge.guard), before, model.params)
+    narrowed = narrow(edge.guard, before, model.params)
     if narrowed is None or not certainly_lands(model, edge, narrowed):
         return None
     return ends
@@ -344,15 +338,18 @@ def outcome(model: ClockModel, edge: ClockEdge, before: Box) -> Box:
     return after
 
 
-def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None) -> Exit | None:
-    """How an edge leaves a cell: guard and both domains taken variable by variable, None where that leaves nothing."""
+def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None, strict: bool = False) -> Exit | None:
+    """How an edge leaves a cell: guard and both domains taken variable by variable, None where that leaves nothing.
+
+    Certificates read guards as closed; `strict` reads that of an edge that is not urgent as it is written.
+    """
     mode = model.mode(cell.mode)
     if mode.allowed is None or model.mode(edge.target).allowed is None:
         return None
     reach = {v: moved(x, mode.slopes[v], Q(0), cell.dwell).meet(mode.allowed[v]) for v, x in cell.entry.items()}
     if any(x.is_empty for x in reach.values()):
         return None
-    gate = narrow(closed(edge.guard) if edge.urgent else edge.guard, reach, model.params)
+    gate = narrow(edge.guard, reach, model.params, strict and not edge.urgent)
     if gate is None:
         return None
     during = _during(mode, cell, gate)
@@ -376,7 +373,7 @@ def _during(mode: ClockMode, cell: Cell, gate: Box) -> tuple[Q, Q | None] | None
     for v, c in mode.slopes.items():
         if c:
             whole = whole.meet(_dwells(cell.entry[v], c, gate[v]))
-    return None if whole.is_empty or whole.low is None else (whole.low, whole.high)
+    return None if whole.is_empty else (whole.low or Q(0), whole.high)
 
 
 def _dwells(entry: Interval, c: Q, gate: Interval) -> Interval:
@@ -389,12 +386,10 @@ def _dwells(entry: Interval, c: Q, gate: Interval) -> Interval:
     return Interval(low, high, gate.open_high, gate.open_low)
 
 
-def landings(model: ClockModel, cell: Cell, out: Exit) -> Iterator[Cell]:
-    """The cells that an exit enters, one for each value of the discrete variables."""
-    target = model.edge(out.edge).target
+def landed(cell: Cell, out: Exit, model: ClockModel) -> Cell:
+    """The cell that an exit enters."""
     jumps = None if cell.jumps is None else cell.jumps + 1
-    for entry in _split_discrete(model, out.after):
-        yield Cell(target, dict(entry), out.sigma, jumps)
+    return Cell(model.edge(out.edge).target, dict(out.after), out.sigma, jumps)
 
 
 def _left_window(found: Cells) -> tuple[str, str] | None:
@@ -407,8 +402,3 @@ def _left_window(found: Cells) -> tuple[str, str] | None:
                 end = "without bound" if states.high is None else f"to {states.high}"
                 return "window", f"`{v}` may leave its declared range in mode {mode.name} (it runs {end})"
     return None
-
-
-def conditions(*formulas: Formula) -> Formula:
-    """All of them together."""
-    return conjunction(formulas)

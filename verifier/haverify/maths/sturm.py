@@ -229,23 +229,32 @@ def _critical(p: Integers, slope: Integers, root: Root) -> Extreme:
     return Extreme(v - error, v + error, x, False)
 
 
-def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction) -> list[tuple[Root, tuple[int, ...]]]:
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A root of some of the polynomials (`is_root`), or one rational of a stretch between roots, and the signs there."""
+
+    place: Root
+    is_root: bool
+    signs: tuple[int, ...]
+
+
+def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction) -> list[Piece]:
     """Every combination of signs that the polynomials take together on [low, high], each with a place where they do.
 
-    The roots of all of them cut the interval into points and open pieces on which no sign changes; each point and one
-    rational of each piece is listed, in order.
+    The roots of all of them cut the interval into points and stretches on which no sign changes; they are listed in
+    order, stretches between any two roots, and at the ends where no root lies there.
 
     Soundness           exact and complete
     """
     parts = [square_free(p) if len(p) > 1 else p for p in polynomials]
     roots = isolate(_square_free_product(parts), low, high)
-    vectors: list[tuple[Root, tuple[int, ...]]] = []
-    for x in _samples(roots, low, high):
+    vectors: list[Piece] = []
+    for x, is_root in _samples(roots, low, high):
         if x.low == x.high:
             signs = tuple(sign_at(p, x.low) for p in polynomials)
         else:
             signs = tuple(_sign_at_root(p, q, x) for p, q in zip(polynomials, parts, strict=True))
-        vectors.append((x, signs))
+        vectors.append(Piece(x, is_root, signs))
     return vectors
 
 
@@ -258,17 +267,17 @@ def _square_free_product(parts: Sequence[Integers]) -> Integers:
     return whole
 
 
-def _samples(roots: list[Root], low: Fraction, high: Fraction) -> list[Root]:
-    """The roots, and between them (and before, and after) one rational each."""
-    result: list[Root] = []
+def _samples(roots: list[Root], low: Fraction, high: Fraction) -> list[tuple[Root, bool]]:
+    """The roots, and between them (and before, and after) one rational each; True marks the roots."""
+    result: list[tuple[Root, bool]] = []
     last = low
     for root in roots:
         if result or last < root.low or root.low < root.high:
-            result.append(_point((last + root.low) / 2))
-        result.append(root)
+            result.append((_point((last + root.low) / 2), False))
+        result.append((root, True))
         last = root.high
     if not roots or last < high or roots[-1].low < last:
-        result.append(_point((last + high) / 2))
+        result.append((_point((last + high) / 2), False))
     return result
 
 

@@ -120,10 +120,10 @@ def parts(condition: Expr, automaton: HybridAutomaton, by_name: dict[str, int]) 
         return
     grouped = groups(condition)
     for index in _concerned(grouped, automaton, by_name):
-        mode = automaton.modes[index].name
+        name = automaton.modes[index].name
         for group in grouped:
-            if group.modes is None or mode in group.modes:
-                yield from _part(group, "dwell", mode, None, Situation(mode))
+            if group.modes is None or name in group.modes:
+                yield from _part(group, "dwell", name, None, Situation(name))
     jumpy = [g for g in grouped if g.mentions_jumps]
     if jumpy:
         names = edge_names(automaton.edges)

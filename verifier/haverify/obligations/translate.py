@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 
+from haverify.maths.bernstein import Box, bounds
 from haverify.maths.polynomial import ONE, Polynomial, constant, total, variable
 from haverify.model.expression import Expr
 from haverify.obligations.formula import Formula, compare, conjunction, disjunction, literal, negation, transform
@@ -79,6 +80,7 @@ class Scope:
     truths: frozenset[str]  # the variables of type bool
     rates: Mapping[str, Polynomial | None]
     time: tuple[Polynomial, Polynomial] | None = None
+    box: Box = field(default_factory=dict)  # of the params, where divisors are looked at
     landing: Landing | None = None
     let_cases: dict[str, list[Case]] = field(default_factory=dict)
     let_truths: dict[str, Formula] = field(default_factory=dict)
@@ -146,7 +148,7 @@ class Scope:
             same = conjunction([disjunction([negation(p), q]), disjunction([p, negation(q)])])
             return same if e.op == "==" else negation(same)
         pairs = _bounded(product(self.cases(a), self.cases(b)), self.where)
-        return conjunction(_compare_case(e.op, x, y) for x, y in pairs)
+        return conjunction(_compare_case(e.op, x, y, self.box) for x, y in pairs)
 
 
 def described(e: Expr) -> str:
@@ -155,22 +157,24 @@ def described(e: Expr) -> str:
     return words.get(e.op, f"`{e.op}(...)`")
 
 
-def _compare_case(op: str, x: Case, y: Case) -> Formula:
+def _compare_case(op: str, x: Case, y: Case, box: Box | None = None) -> Formula:
     if x.denominator is UNIT and y.denominator is UNIT:
         held = compare(op, x.numerator - y.numerator)
         if x.condition is True and y.condition is True:
             return held
     else:
         difference = x.numerator * y.denominator - y.numerator * x.denominator
-        divisor = x.denominator * y.denominator
-        held = conjunction(
-            [
-                literal("!=", divisor),
-                disjunction([literal("<=", divisor), compare(op, difference)]),
-                disjunction([literal("<=", -divisor), compare(op, -difference)]),
-            ]
-        )
+        held = _quotient(op, difference, x.denominator * y.denominator, box or {})
     return disjunction([negation(x.condition), negation(y.condition), held])
+
+
+def _quotient(op: str, p: Polynomial, divisor: Polynomial, box: Box) -> Formula:
+    """`p / divisor op 0`, the divisor not being zero."""
+    if all(v in box for v in divisor.variables):
+        low, high = bounds(divisor, box)
+        if low > 0 or high < 0:
+            return compare(op, p if low > 0 else -p)
+    return conjunction([compare(op, p * divisor), literal("!=", divisor)])
 
 
 def _bounded(pairs: product[tuple[Case, Case]], where: str) -> list[tuple[Case, Case]]:
