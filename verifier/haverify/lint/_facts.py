@@ -33,6 +33,18 @@ class Outcome:
     case: Case
 
 
+@dataclass(frozen=True)
+class EdgeState:
+    """`kind`: live, never enabled, lands outside, target empty, or empty by itself (guard or source's domain).
+
+    `answer` says why; `leaving` is a state in which the guard holds though every outcome lies outside.
+    """
+
+    kind: str
+    answer: Answer
+    leaving: Answer | None = None
+
+
 @dataclass
 class Facts:
     """Derived facts about one spec, computed when first asked for."""
@@ -121,18 +133,36 @@ class Facts:
         if all(d.message != message for d in self.undecided):
             self.undecided.append(Diagnostic("HA900", message, span))
 
-    def jump(
-        self, code: str, automaton: HybridAutomaton, edge: Edge, lands: bool = True, guard: Expr | None = None
-    ) -> Answer:
-        """Whether a state of the source's domain meets the guard and, if `lands`, reaches the target's domain."""
+    def edge(self, automaton: HybridAutomaton, edge: Edge) -> EdgeState:
+        """How far an edge of the automaton gets, from some state of its source's domain."""
+        return self.remembered(("edge", automaton.name, id(edge)), lambda: self.edge_state(automaton, edge))
+
+    def edge_state(self, automaton: HybridAutomaton, edge: Edge) -> EdgeState:
+        """The same for an edge that need not be one of the automaton's."""
         modes = self.modes(automaton)
         source, target = self.frame(automaton, modes[edge.source]), modes[edge.target]
-        before = [Condition(modes[edge.source].domain, source, closed=True), Condition(guard or edge.guard, source)]
-        answers: list[Answer] = []
-        for o in self.reset(code, edge, source):
-            after = [Condition(target.domain, source.after(target, o.values), closed=True)] if lands else []
-            answers.append(self.decide(code, edge_name(edge), edge.span, [*before, *after], o.case))
-        return any_of(answers) if answers else Undecided("the reset has too many cases")
+        domain, guard = Condition(modes[edge.source].domain, source, closed=True), Condition(edge.guard, source)
+        outcomes = self.reset("HA306", edge, source)
+        landings = [
+            decide([domain, guard, Condition(target.domain, source.after(target, o.values), closed=True)], o.case)
+            for o in outcomes
+        ]
+        if not landings or not all(isinstance(a, Contradiction) for a in landings):
+            self._note_open(landings, "HA306", edge)
+            return EdgeState("live", any_of(landings) if landings else Undecided("too many cases"))
+        leaving = decide([domain, guard])
+        if not isinstance(leaving, Contradiction):
+            into = decide([Condition(target.domain, self.frame(automaton, target), closed=True)])
+            is_fault = not isinstance(into, Contradiction)
+            return EdgeState("lands outside" if is_fault else "target empty", any_of(landings), leaving)
+        alone = [decide([domain]), decide([guard])]
+        is_empty = any(isinstance(a, Contradiction) for a in alone)
+        return EdgeState("empty by itself" if is_empty else "never enabled", leaving)
+
+    def _note_open(self, answers: Sequence[Answer], code: str, edge: Edge) -> None:
+        for a in answers:
+            if isinstance(a, Undecided) and not any(isinstance(b, Holds) for b in answers):
+                self.leave_open(code, edge_name(edge), a.reason, edge.span)
 
     def reset(self, code: str, edge: Edge, frame: Frame) -> list[Outcome]:
         """The outcomes of an edge; none, and the check left open, where there are too many."""

@@ -60,11 +60,12 @@ def _merged(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     for d in found:
         groups.setdefault((d.code, d.span) if d.span else (d.code, d.message), []).append(d)
     for first, *rest in groups.values():
-        others = list(dict.fromkeys(d.message for d in rest if d.message != first.message))
+        others = list(dict.fromkeys(d.key or d.message for d in rest if d.message != first.message))
         yield replace(first, notes=(*first.notes, _also(others))) if others else first
 
 
 def _also(messages: list[str]) -> str:
+    """The short forms of the findings merged into another."""
     named = "; ".join(messages[:_NAMED])
     more = len(messages) - _NAMED
     return f"also: {named}" + (f"; and {more} more" if more > 0 else "")

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
-from haverify.lint._formulas import Formula, written_in
+from haverify.lint._formulas import written_in
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name
-from haverify.lint.empty_interval import empty_bounds
 from haverify.model.expression import Expr, rebuild
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
-from haverify.solvers.answer import Contradiction, Holds
-from haverify.solvers.conditions import Condition, decide
+from haverify.solvers.answer import Contradiction
 
 
 @rule("HA302")
@@ -22,22 +21,9 @@ def dead_guard(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """Guards that contradict themselves, or stand under an empty domain, are HA201 or HA202."""
     for automaton in spec.automata:
         for edge in automaton.edges:
-            if not is_empty_by_itself(facts, automaton, edge):
-                answer = facts.jump("HA302", automaton, edge, lands=False)
-                if isinstance(answer, Contradiction):
-                    yield _finding(facts, automaton, edge, answer.core)
-
-
-def is_empty_by_itself(facts: Facts, automaton: HybridAutomaton, edge: Edge) -> bool:
-    """Whether the guard or the domain it stands under is empty already."""
-    mode = facts.modes(automaton)[edge.source]
-    frame = facts.frame(automaton, mode)
-    for expr, kind in ((edge.guard, "guard"), (mode.domain, "domain")):
-        if any(True for _ in empty_bounds(Formula(expr, frame, kind, ""))):
-            return True
-        if expr.op != "true" and isinstance(decide([Condition(expr, frame, closed=kind == "domain")]), Contradiction):
-            return True
-    return False
+            state = facts.edge(automaton, edge)
+            if state.kind == "never enabled" and isinstance(state.answer, Contradiction):
+                yield _finding(facts, automaton, edge, state.answer.core)
 
 
 def _finding(facts: Facts, automaton: HybridAutomaton, edge: Edge, core: tuple[Expr, ...]) -> Diagnostic:
@@ -52,7 +38,9 @@ def _finding(facts: Facts, automaton: HybridAutomaton, edge: Edge, core: tuple[E
         f"{edge_name(edge)} is never enabled: {guard} cannot hold in mode {mode.name}",
         span=(own[0].span if own else None) or edge.guard.span or edge.span,
         label="never true in this mode",
-        labels=tuple(Label(e.span, f"the domain of mode {mode.name}") for e in others if e.span),
+        labels=tuple(
+            Label(e.span, "" if k else f"the domain of mode {mode.name}") for k, e in enumerate(others) if e.span
+        ),
         notes=(f"the domain of mode {mode.name} needs {domain}",) if domain else (),
         help=f"include the bound: `when {relaxed}`" if relaxed else None,
         key=f"{automaton.name}: {edge_name(edge)} is never enabled",
@@ -66,7 +54,7 @@ def _relaxed(facts: Facts, automaton: HybridAutomaton, edge: Edge, atom: Expr) -
         return None
     closed = Expr(atom.op + "=", atom.args, atom.unit, atom.span)
     guard = _replaced(edge.guard, atom, closed)
-    if not isinstance(facts.jump("HA302", automaton, edge, guard=guard), Holds):
+    if facts.edge_state(automaton, replace(edge, guard=guard)).kind != "live":
         return None
     return text.replace(atom.op, atom.op + "=")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
 from haverify.lint._facts import Facts
@@ -17,7 +16,7 @@ from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction
 from haverify.solvers.conditions import Condition, decide
 from haverify.solvers.frame import Frame
-from haverify.solvers.literals import TooManyCasesError, terms
+from haverify.solvers.literals import number_of
 
 _STATE = frozenset({"var", "let", "input", "time", "pre", "der", "bound"})
 
@@ -76,20 +75,10 @@ def _is_empty(b: Bounds, frame: Frame) -> bool:
 
 def _is_above(low: Expr, op: str, high: Expr, frame: Frame) -> bool:
     """Whether `low op high` is false for every value of the params."""
-    a, b = _number(low, frame), _number(high, frame)
+    a, b = number_of(low, frame), number_of(high, frame)
     if a is not None and b is not None:
         return a > b or (a == b and op == "<")
     return isinstance(decide([Condition(Expr(op, (low, high)), frame)]), Contradiction)
-
-
-def _number(e: Expr, frame: Frame) -> Fraction | None:
-    if e.op == "num":
-        return e.args[0] if isinstance(e.args[0], Fraction) else None
-    try:
-        found = terms(e, frame)
-    except TooManyCasesError:
-        return None
-    return found[0][1].constant if len(found) == 1 else None
 
 
 def _of_range(facts: Facts, interval: Range, frame: Frame, owner: str) -> Diagnostic:
@@ -124,14 +113,14 @@ def _of_bounds(facts: Facts, formula: Formula, b: Bounds) -> Diagnostic:
 
 
 def _summary(b: Bounds, frame: Frame) -> str:
-    low, high = _number(b.low, frame), _number(b.high, frame)
+    low, high = number_of(b.low, frame), number_of(b.high, frame)
     if low is not None and low == high:
         return f"both bounds are {quantity(low, b.low.unit)} and not both are included"
     return "the lower bound is above the upper bound"
 
 
 def _distance(low: Expr, high: Expr, frame: Frame) -> str:
-    a, b = _number(low, frame), _number(high, frame)
+    a, b = number_of(low, frame), number_of(high, frame)
     return "" if a is None or b is None or a == b else f"below the lower bound by {quantity(a - b, low.unit)}"
 
 

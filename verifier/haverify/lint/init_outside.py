@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts, Outcome, allowed
-from haverify.lint._formulas import start_name, written_in
+from haverify.lint._formulas import Formula, start_name
 from haverify.lint._registry import rule
 from haverify.lint._wording import point_text, quantity
+from haverify.lint.empty_interval import empty_bounds
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton, Init, Mode
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction, Holds
 from haverify.solvers.conditions import Condition, decide
 from haverify.solvers.frame import Frame
-from haverify.solvers.literals import TooManyCasesError, terms
+from haverify.solvers.literals import TooManyCasesError, number_of
 
 
 @rule("HA307")
@@ -28,22 +28,21 @@ def init_outside(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _check(facts: Facts, automaton: HybridAutomaton, init: Init) -> Iterator[Diagnostic]:
-    modes = [m for m in allowed(automaton, init) if not _is_empty(facts, automaton, m)]
-    answers = [(m, facts.start(automaton, m, init)) for m in modes]
-    if not answers or not all(isinstance(a, Contradiction) for _, a in answers):
+    modes = [m for m in allowed(automaton, init) if not _is_backwards(facts, automaton, m)]
+    answers = [facts.start(automaton, m, init) for m in modes]
+    if not answers or not all(isinstance(a, Contradiction) for a in answers):
         return
-    anywhere = facts.start(automaton, modes[0], init, in_domain=None)
+    mode = modes[0]
+    anywhere = facts.start(automaton, mode, init, in_domain=None)
     if not isinstance(anywhere, Contradiction):
-        mode, answer = answers[0]
-        assert isinstance(answer, Contradiction)
-        yield _finding(facts, automaton, init, mode, answer.core, anywhere if isinstance(anywhere, Holds) else None)
-    elif init.assigns and init.where.op != "true" and not _contradicts_itself(facts, automaton, modes[0], init):
+        yield _finding(facts, automaton, init, mode, anywhere if isinstance(anywhere, Holds) else None)
+    elif init.assigns and init.where.op != "true" and not _contradicts_itself(facts, automaton, mode, init):
         yield _empty(facts, automaton, init)
 
 
-def _is_empty(facts: Facts, automaton: HybridAutomaton, mode: Mode) -> bool:
-    frame = facts.frame(automaton, mode)
-    return isinstance(decide([Condition(mode.domain, frame, closed=True)]), Contradiction)
+def _is_backwards(facts: Facts, automaton: HybridAutomaton, mode: Mode) -> bool:
+    formula = Formula(mode.domain, facts.frame(automaton, mode), "domain", mode.name)
+    return any(True for _ in empty_bounds(formula))
 
 
 def _contradicts_itself(facts: Facts, automaton: HybridAutomaton, mode: Mode, init: Init) -> bool:
@@ -61,11 +60,9 @@ def _empty(facts: Facts, automaton: HybridAutomaton, init: Init) -> Diagnostic:
     )
 
 
-def _finding(
-    facts: Facts, automaton: HybridAutomaton, init: Init, mode: Mode, core: tuple[Expr, ...], start: Holds | None
-) -> Diagnostic:
-    needs = written_in(core, mode.domain) or [mode.domain]
+def _finding(facts: Facts, automaton: HybridAutomaton, init: Init, mode: Mode, start: Holds | None) -> Diagnostic:
     after = _after(facts, automaton, init, mode)
+    needs = _violated(mode, after) or [mode.domain]
     values = _assigned_text(facts, automaton, after)
     if start and not values:
         values = point_text(start.point, facts.scope(automaton))
@@ -80,6 +77,12 @@ def _finding(
         notes=(f"the domain of mode {mode.name} needs {needed}, so the automaton has no run from here",),
         key=subject,
     )
+
+
+def _violated(mode: Mode, after: Frame) -> list[Expr]:
+    """The conjuncts of the domain that are false at the start, whatever the rest."""
+    parts = mode.domain.children if mode.domain.op == "and" else (mode.domain,)
+    return [c for c in parts if isinstance(decide([Condition(c, after, closed=True)]), Contradiction)]
 
 
 def _after(facts: Facts, automaton: HybridAutomaton, init: Init, mode: Mode) -> Frame:
@@ -100,15 +103,7 @@ def _value_of(comparison: Expr, after: Frame) -> str:
     """`theta_h is -1510.2 deg here`: the sides of a comparison that are no plain numbers, with their values."""
     shown = []
     for side in comparison.children:
-        value = _constant(side, after)
+        value = number_of(side, after)
         if side.op in ("let", "var") and value is not None:
             shown.append(f"{side.name} is {quantity(value, side.unit)} at the start")
     return ", ".join(shown)
-
-
-def _constant(e: Expr, frame: Frame) -> Fraction | None:
-    try:
-        found = terms(e, frame)
-    except TooManyCasesError:
-        return None
-    return found[0][1].constant if len(found) == 1 else None

@@ -9,33 +9,23 @@ from haverify.lint._facts import Facts
 from haverify.lint._formulas import written_in
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name, mentioned, point_text
+from haverify.lint.slot_gap import meetings
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction, Holds
-from haverify.solvers.conditions import Condition, decide
 
 
 @rule("HA306")
 def reset_outside(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """Only where the guard itself can hold and the target's domain is not empty."""
+    """Only where the guard itself can hold and the target's domain is not empty; a gap between slots is HA204."""
     for automaton in spec.automata:
+        gaps = [m.edge for m in meetings(facts, automaton) if m.begins > m.ends]
         for edge in automaton.edges:
-            finding = _check(facts, automaton, edge)
-            if finding is not None:
-                yield finding
-
-
-def _check(facts: Facts, automaton: HybridAutomaton, edge: Edge) -> Diagnostic | None:
-    target = facts.modes(automaton)[edge.target]
-    landing = facts.jump("HA306", automaton, edge)
-    if not isinstance(landing, Contradiction):
-        return None
-    leaving = facts.jump("HA306", automaton, edge, lands=False)
-    alone = decide([Condition(target.domain, facts.frame(automaton, target), closed=True)])
-    if isinstance(leaving, Contradiction) or isinstance(alone, Contradiction):
-        return None
-    return _finding(facts, automaton, edge, landing.core, leaving if isinstance(leaving, Holds) else None)
+            state = facts.edge(automaton, edge)
+            if state.kind == "lands outside" and isinstance(state.answer, Contradiction) and edge not in gaps:
+                leaving = state.leaving if isinstance(state.leaving, Holds) else None
+                yield _finding(facts, automaton, edge, state.answer.core, leaving)
 
 
 def _finding(

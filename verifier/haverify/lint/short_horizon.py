@@ -12,7 +12,7 @@ from haverify.lint._wording import quantity
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr
 from haverify.model.spec import Spec
-from haverify.solvers.literals import TooManyCasesError, terms
+from haverify.solvers.literals import number_of
 
 _REACH = frozenset({"globally", "eventually", "until"})
 
@@ -21,11 +21,12 @@ _REACH = frozenset({"globally", "eventually", "until"})
 def short_horizon(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """`reach P within T`, `stl F` and windows name instants themselves; a shorter `within` beside them is a slip."""
     for claim in spec.claims:
-        horizon = _number(facts, claim, claim.time) if claim.time is not None else None
+        frame = facts.frame(facts.automata.get(claim.on or ""))
+        horizon = number_of(claim.time, frame) if claim.time is not None else None
         for goal in claim.goals:
             ends = [goal.within] if goal.within is not None else [goal.window[1]] if goal.window else []
             for end in (*ends, *_stl_ends(goal.condition)):
-                needed = _number(facts, claim, end)
+                needed = number_of(end, frame)
                 if horizon is not None and needed is not None and horizon < needed:
                     yield _finding(claim, end, horizon, needed)
 
@@ -37,14 +38,6 @@ def _stl_ends(e: Expr) -> Iterator[Expr]:
         return
     for child in e.children:
         yield from _stl_ends(child)
-
-
-def _number(facts: Facts, claim: Claim, e: Expr) -> Fraction | None:
-    try:
-        found = terms(e, facts.frame(facts.automata.get(claim.on or "")))
-    except TooManyCasesError:
-        return None
-    return found[0][1].constant if len(found) == 1 else None
 
 
 def _finding(claim: Claim, end: Expr, horizon: Fraction, needed: Fraction) -> Diagnostic:

@@ -8,7 +8,6 @@ from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name
-from haverify.lint.dead_guard import is_empty_by_itself
 from haverify.model.hybrid import Edge, HybridAutomaton, Priority
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction
@@ -30,7 +29,7 @@ def silenced_edge(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _is_silenced(facts: Facts, automaton: HybridAutomaton, priority: Priority, above: Edge, edge: Edge) -> bool:
-    if is_empty_by_itself(facts, automaton, edge):
+    if facts.edge(automaton, edge).kind != "live":
         return False
     modes = facts.modes(automaton)
     frame = facts.frame(automaton, modes[edge.source])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
+from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
 from haverify.model.expression import Expr, nodes
@@ -30,13 +30,17 @@ def _finding(facts: Facts, mode: Mode, strict: list[Expr]) -> Diagnostic:
     shown = ", ".join(f"`{t}`" for t in texts if t) or "a strict bound"
     return Diagnostic(
         "HA205",
-        f"mode {mode.name}: a domain is closed, so {shown} includes the bound",
-        span=strict[0].span,
-        labels=tuple(Label(e.span) for e in strict[1:] if e.span),
+        f"mode {mode.name}: a domain is closed; {shown} is read with its bound included",
+        span=_span(strict),
         help="write `<=` for `<` and `>=` for `>` to say what is meant",
         fix=Fix("close the bounds", tuple(edits), safe=True) if len(edits) == len(strict) else None,
         key=f"strict bound in the domain of mode {mode.name}",
     )
+
+
+def _span(strict: list[Expr]) -> Span | None:
+    spans = [e.span for e in strict if e.span]
+    return spans[0].to(spans[-1]) if spans else None
 
 
 def _closed(facts: Facts, comparison: Expr) -> Edit | None:

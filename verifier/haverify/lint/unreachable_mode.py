@@ -14,27 +14,27 @@ from haverify.model.spec import Spec
 
 @rule("HA301")
 def unreachable_mode(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """By edges that can fire at all, from modes where a run can start. Without a start the fault is there."""
+    """By edges that can fire, from modes where a run can start.
+
+    Where no run starts, or no edge that leads to the mode can fire, the fault lies there and is reported there.
+    """
     for automaton in spec.automata:
         if facts.has_start(automaton):
             reached = reached_modes(facts, automaton)
+            live = {id(e) for e in live_edges(facts, automaton)}
             for mode in automaton.modes:
-                if mode.name not in reached:
-                    yield _finding(facts, automaton, mode)
+                entering = [e for e in automaton.edges if e.target == mode.name and e.source != mode.name]
+                has_way = not entering or any(id(e) in live for e in entering)
+                if mode.name not in reached and has_way:
+                    yield _finding(automaton, mode, bool(entering))
 
 
-def _finding(facts: Facts, automaton: HybridAutomaton, mode: Mode) -> Diagnostic:
-    entering = [e for e in automaton.edges if e.target == mode.name and e.source != mode.name]
-    live = {id(e) for e in live_edges(facts, automaton)}
-    if not entering:
-        why = "no edge leads to it and no run starts there"
-    elif all(id(e) not in live for e in entering):
-        why = "no edge that leads to it can fire"
-    else:
-        why = "edges lead to it only from modes that are never entered"
+def _finding(automaton: HybridAutomaton, mode: Mode, is_entered: bool) -> Diagnostic:
+    only = "edges lead to it only from modes that are never entered"
+    none = "no edge leads to it and no run starts there"
     return Diagnostic(
         "HA301",
-        f"mode {mode.name} is never entered: {why}",
+        f"mode {mode.name} is never entered: " + (only if is_entered else none),
         span=mode.span,
         key=f"{automaton.name}: mode {mode.name} is never entered",
     )

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from haverify.maths.polynomial import Polynomial, variable
 from haverify.model.expression import Expr
@@ -19,6 +20,7 @@ class Scope:
 
     spec: Spec
     automaton: HybridAutomaton | None
+    known: dict[tuple[str | None, str], Any] = field(default_factory=dict, compare=False, repr=False)  # by mode and let
 
     @cached_property
     def constants(self) -> dict[str, Constant]:

@@ -181,6 +181,17 @@ def terms(e: Expr, frame: Frame) -> list[Term]:
     return result
 
 
+def number_of(e: Expr, frame: Frame) -> Fraction | None:
+    """The value of an expression that has the same one everywhere; None for others."""
+    if e.op == "num":
+        return e.args[0] if isinstance(e.args[0], Fraction) else None
+    try:
+        found = terms(e, frame)
+    except TooManyCasesError:
+        return None
+    return found[0][1].constant if len(found) == 1 else None
+
+
 def _number(e: Expr, _frame: Frame) -> list[Term]:
     value = e.args[0]
     return [((), constant(value if isinstance(value, Fraction) else Fraction(0)))]
@@ -192,8 +203,27 @@ def _term_const(e: Expr, frame: Frame) -> list[Term]:
 
 
 def _term_let(e: Expr, frame: Frame) -> list[Term]:
+    """The value of an output; where it is polynomial, it is worked out once for the mode and values are put in."""
     expr = frame.let(e.name)
-    return _stand_in(e, frame) if expr is None else terms(expr, frame)
+    if expr is None:
+        return _stand_in(e, frame)
+    known, place = frame.scope.known, (frame.mode.name if frame.mode else None, e.name)
+    if place not in known:
+        known[place] = terms(expr, Frame(frame.scope, frame.mode))
+    found: list[Term] = known[place]
+    if frame.jump is None and not frame.values:
+        return found
+    if any(_is_stand_in(v) for case, p in found for q in (p, *(x.poly for x in case)) for v in q.variables):
+        return terms(expr, frame)
+    return [(tuple(_put(x, frame) for x in case), p.substitute(frame.values)) for case, p in found]
+
+
+def _is_stand_in(name: str) -> bool:
+    return name.startswith((STAND_IN, QUOTIENT))
+
+
+def _put(x: Literal, frame: Frame) -> Literal:
+    return Literal(x.poly.substitute(frame.values), x.relation, x.origin)
 
 
 def _term_sym(e: Expr, frame: Frame) -> list[Term]:

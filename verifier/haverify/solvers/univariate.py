@@ -5,28 +5,66 @@ from __future__ import annotations
 from fractions import Fraction
 
 from haverify.maths.sturm import sign_vectors
-from haverify.maths.univariate import Integers, integers
+from haverify.maths.univariate import Integers, integers, sign_at
 from haverify.solvers.answer import Undecided
 from haverify.solvers.linear import Infeasible, Row
 
 MAX_DEGREE = 60
+MAX_CORE = 12
 
 
 def solve(rows: list[Row], name: str) -> dict[str, Fraction] | Infeasible | Undecided:
     """A point of the line where all rows hold, or a contradiction. A solution that is no rational is left undecided."""
+    found = _search(rows)
+    if isinstance(found, Fraction):
+        return {name: found}
+    if isinstance(found, Undecided):
+        return found
+    return Infeasible(frozenset(k for r in _needed(rows) for k in r.origins))
+
+
+def _needed(rows: list[Row]) -> list[Row]:
+    """Rows that still contradict each other, none of them superfluous."""
+    for row in rows if len(rows) <= MAX_CORE else ():
+        others = [r for r in rows if r is not row]
+        if others and _search(others) is None:
+            return _needed(others)
+    return rows
+
+
+def _search(rows: list[Row]) -> Fraction | Undecided | None:
+    """A point where the rows hold, None where there is none."""
     polynomials = [integers(r.poly.univariate())[0] for r in rows]
     if sum(len(p) - 1 for p in polynomials) > MAX_DEGREE:
         return Undecided("the degree of the condition is too high")
-    bound = max(_root_bound(p) for p in polynomials)
+    low, high = _window(rows, polynomials)
+    if low > high:
+        return None
+    relations = [r.relation for r in rows]
+    for x in (low, (low + high) / 2, high):
+        if all(_is_met(sign_at(p, x), r) for p, r in zip(polynomials, relations, strict=True)):
+            return x
     is_irrational = False
-    for place, signs in sign_vectors(polynomials, -bound, bound):
-        if all(_is_met(s, r.relation) for s, r in zip(signs, rows, strict=True)):
-            if place.low == place.high:
-                return {name: place.low}
+    for piece in sign_vectors(polynomials, low, high):
+        if all(_is_met(s, r) for s, r in zip(piece.signs, relations, strict=True)):
+            if piece.place.low == piece.place.high:
+                return piece.place.low
             is_irrational = True
-    if is_irrational:
-        return Undecided("the only solutions are irrational")
-    return Infeasible(frozenset(k for r in rows for k in r.origins))
+    return Undecided("the only solutions are irrational") if is_irrational else None
+
+
+def _window(rows: list[Row], polynomials: list[Integers]) -> tuple[Fraction, Fraction]:
+    """An interval outside of which no row changes its sign or a linear row fails."""
+    bound = max(_root_bound(p) for p in polynomials)
+    low, high = -bound, bound
+    for p, row in zip(polynomials, rows, strict=True):
+        if len(p) == 2:
+            root = Fraction(-p[0], p[1])
+            if row.relation == "==" or p[1] < 0:
+                low = max(low, root)
+            if row.relation == "==" or p[1] > 0:
+                high = min(high, root)
+    return low, high
 
 
 def _is_met(sign: int, relation: str) -> bool:
