@@ -8,7 +8,8 @@ from tests.unit.report.examples import PROVED, REFUTED, UNKNOWN, claim, evidence
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.evidence.verdict import Verdict
-from haverify.report.gate import finding_code, judge, violated, worst
+from haverify.report.exit_codes import finding_code, worst
+from haverify.report.gate import judge, violated
 
 
 @pytest.mark.parametrize(

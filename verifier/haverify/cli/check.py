@@ -14,8 +14,8 @@ from haverify.diagnostics.render import render_all
 from haverify.errors import UsageError
 from haverify.evidence.verdict import Trust
 from haverify.report.as_json import as_line
+from haverify.report.exit_codes import FAULT, UNREADABLE, worst
 from haverify.report.findings import finding, github
-from haverify.report.gate import FAULT, UNREADABLE, worst
 from haverify.report.terminal import closing, summary
 from haverify.run.pipeline import Options, Outcome, check, require_known
 from haverify.run.settings import Settings, duration, settings

@@ -9,7 +9,7 @@ from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
 from haverify.diagnostics.order import settle
 from haverify.diagnostics.render import render_all
-from haverify.report.gate import OK, UNREADABLE
+from haverify.report.exit_codes import OK, UNREADABLE
 from haverify.run.examine import read
 
 

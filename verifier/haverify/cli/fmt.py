@@ -8,7 +8,7 @@ from pathlib import Path
 
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.render import render_all
-from haverify.report.gate import OK, UNREADABLE, WRONG, worst
+from haverify.report.exit_codes import OK, UNREADABLE, WRONG, worst
 
 
 def run(called: argparse.Namespace) -> int:
@@ -18,7 +18,7 @@ def run(called: argparse.Namespace) -> int:
 
 def _one(path: str, is_dry: bool, shows: bool) -> int:
     from haverify.run.load import read_text
-    from haverify.syntax.format import format
+    from haverify.syntax.format import format as laid_out
     from haverify.syntax.parse import parse
 
     problem, source = read_text(path)
@@ -29,7 +29,7 @@ def _one(path: str, is_dry: bool, shows: bool) -> int:
     if found:
         put(render_all(found, {source.path: source}, wants_colour()))
         return UNREADABLE
-    text = format(tree, source)
+    text = laid_out(tree, source)
     if text == source.text:
         return OK
     if shows:

@@ -9,8 +9,7 @@ from pathlib import Path
 from haverify.cli.output import codes, put, wants_colour
 from haverify.diagnostics.render import render_all
 from haverify.errors import UsageError
-from haverify.report.findings import finding, github
-from haverify.report.gate import UNREADABLE, finding_code, worst
+from haverify.report.exit_codes import UNREADABLE, finding_code, worst
 from haverify.run.examine import Examined, examine
 from haverify.run.fix import apply
 from haverify.run.settings import settings
@@ -52,6 +51,8 @@ def _show(results: list[Examined], form: str) -> None:
         for e in results:
             put(_text(e))
         return
+    from haverify.report.findings import finding, github
+
     found = [finding(d, e.sources, e.accepted.get(d)) for e in results for d in e.found]
     if form == "github":
         put(github(found))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from haverify.diagnostics.codes import is_meaningless
 from haverify.errors import UsageError
-from haverify.report.gate import OK, UNREADABLE, WRONG, worst
+from haverify.report.exit_codes import OK, UNREADABLE, WRONG, worst
 from haverify.run.recheck import command
 
 
@@ -38,19 +38,20 @@ def _inputs(folder: Path) -> int:
     if text is None:
         print(f"{path}: cannot be read as it could when the report was made")
         return WRONG
-    if text.encode() != core:
+    if text != core:
         print(f"{path}: gives another core than {folder}/core.json; the report is about another version of it")
         return WRONG
     print(f"{path}: read again, gives the same core")
     return OK
 
 
-def _core_again(path: str) -> str | None:
-    from haverify.model.core import core_text
+def _core_again(path: str) -> bytes | None:
+    from haverify.model.core import canonical, to_core
     from haverify.run.examine import read
 
     try:
         spec, _, found = read(path)
     except UsageError:
         return None
-    return core_text(spec) if spec is not None and not any(is_meaningless(d) for d in found) else None
+    has_meaning = spec is not None and not any(is_meaningless(d) for d in found)
+    return canonical(to_core(spec)) if spec is not None and has_meaning else None

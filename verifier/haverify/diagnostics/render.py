@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from itertools import groupby
 
 from haverify.diagnostics.codes import severity
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
+from haverify.text.record import record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
@@ -24,7 +24,7 @@ _COLOUR = {
 _RESET = "\x1b[0m"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Mark:
     """A stretch of one source line to underline, columns from 1, `end` exclusive."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Trust, Unknown, Verdict
+from haverify.text.record import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Answer:
     """What `hacheck` says of a claim's certificate; `beyond`: its work budget or its kinds do not reach that far."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from haverify.report.gate import MEANING
+from haverify.report.exit_codes import MEANING
 from haverify.report.report import Claim, Report
 
 _ROWS = 40

@@ -14,7 +14,8 @@ from haverify.model.claim import Claim
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.report import report
-from haverify.report.gate import OK, Judgement, expected, word
+from haverify.report.exit_codes import OK
+from haverify.report.gate import Judgement, expected, word
 from haverify.report.numbers import margin
 from haverify.report.walk import describe
 from haverify.text.source import Source

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from datetime import date
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from haverify.report.allow import can_be_accepted
+from haverify.text.record import record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FindingEntry:
     """An accepted finding of `spec`: `key` is its message or stands for it, `text` is what it marks. Lines may move."""
 
@@ -30,7 +30,7 @@ class FindingEntry:
         return (self.code, self.key, self.text)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RefutedEntry:
     """The parts in which a claim is known to be violated."""
 
@@ -41,7 +41,7 @@ class RefutedEntry:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Baseline:
     """The entries of one lock file; those of all its specs."""
 

@@ -1,40 +1,18 @@
-"""Verdicts against expectations, findings against what is accepted; the exit code."""
+"""Verdicts against expectations, violated parts against those on record."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-
-from haverify.diagnostics.codes import is_error, is_meaningless
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
+from haverify.report.exit_codes import OK, UNDECIDED, WRONG
 from haverify.report.expected import margin_problem
 from haverify.report.report import Word
-
-OK, WRONG, UNREADABLE, UNDECIDED, FAULT, NOTHING = 0, 1, 2, 3, 4, 5
-INTERRUPTED = 130
-
-_PRECEDENCE = (INTERRUPTED, FAULT, UNREADABLE, WRONG, UNDECIDED, NOTHING, OK)
-
-MEANING = {
-    OK: "every claim has the verdict it expects and there is no new error finding",
-    WRONG: "a claim is decided otherwise than expected, or there is a new error finding",
-    UNREADABLE: "the call or an input cannot be understood",
-    UNDECIDED: "a claim that was to be decided is unknown",
-    FAULT: "a fault of haverify itself: please report it",
-    NOTHING: "nothing was checked",
-    INTERRUPTED: "interrupted; what is shown is incomplete",
-}
+from haverify.text.record import record
 
 _WORDS: dict[type[Verdict], Word] = {Proved: "proved", Refuted: "refuted", Unknown: "unknown"}
 _CODE_OF_UNKNOWN = {"inductive": "HA605", "budget": "HA702", "enclosure": "HA703", "window": "HA707", "jumps": "HA708"}
-
-
-def worst(codes: Iterable[int]) -> int:
-    """The exit code of several: 130, then 4, 2, 1, 3, 5, 0; 5 of none."""
-    return min(codes, key=_PRECEDENCE.index, default=NOTHING)
 
 
 def word(verdict: Verdict) -> Word:
@@ -42,7 +20,7 @@ def word(verdict: Verdict) -> Word:
     return _WORDS[type(verdict)]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Judgement:
     """How a verdict compares with what is expected: its exit code, what is wrong, and remarks that change nothing."""
 
@@ -126,10 +104,3 @@ def _unknown(claim: Claim, verdict: Unknown) -> tuple[Diagnostic, ...]:
     if code is None:
         return ()
     return (Diagnostic(code, f"{claim.name}: {verdict.reason}", claim.span, help=verdict.next_step or None),)
-
-
-def finding_code(found: Iterable[Diagnostic], accepted: Iterable[Diagnostic]) -> int:
-    """The exit code that findings alone earn: 2 where meaning is lost, 1 for another error nobody accepted."""
-    known = set(accepted)
-    codes = [UNREADABLE if is_meaningless(d) else WRONG for d in found if is_error(d) and d not in known]
-    return worst([OK, *codes])

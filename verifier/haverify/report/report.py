@@ -6,15 +6,16 @@ view of these facts and adds none. `docs/report.schema.json` is made from these 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from haverify.text.record import record
 
 SCHEMA = "haverify.report/1"
 
 Word = Literal["proved", "refuted", "unknown"]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Tool:
     """Who made the report: versions of the tool, its kernel (a hash of its source) and the solvers used."""
 
@@ -24,7 +25,7 @@ class Tool:
     solvers: dict[str, str]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class InputFile:
     """A file that was read: a spec, an import, a table."""
 
@@ -32,7 +33,7 @@ class InputFile:
     sha256: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Finding:
     """A finding with its place; `accepted` is the reason for which `@allow` or `haverify.lock` accepts it."""
 
@@ -51,7 +52,7 @@ class Finding:
     accepted: str | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Margin:
     """Signed distance to the bound. `value` is a rational, or an interval where the extremum is at a root."""
 
@@ -61,7 +62,7 @@ class Margin:
     at: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sensitivity:
     """How a margin depends on a constant: d(margin)/d(value), the change that brings it to 0, the share of rounding."""
 
@@ -72,7 +73,7 @@ class Sensitivity:
     rounding: str | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     """A part of a claim. `mode` is a mode or, for a jump, `source -> target`; `cells` are the table rows it reads."""
 
@@ -89,7 +90,7 @@ class Part:
     sensitivities: list[Sensitivity]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rounding:
     """The verdict for every model that rounds to the numbers as printed."""
 
@@ -97,7 +98,7 @@ class Rounding:
     margin: Margin | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Run:
     """A run: modes in order, the instant each is entered and the last instant, the state at each of these instants."""
 
@@ -111,7 +112,7 @@ class Run:
     violation: str | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Claim:
     """A claim and what is known of it. `ok`: the verdict is the expected one; `problems` says what is not."""
 
@@ -145,7 +146,7 @@ class Claim:
     cpu_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Summary:
     """Counts, and the exit code of the run for this file."""
 
@@ -159,7 +160,7 @@ class Summary:
     exit_code: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Report:
     """What a run found out about one spec. `hash` covers core, data, options and versions: same hash, same verdicts."""
 

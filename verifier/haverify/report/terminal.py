@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from haverify.report.gate import MEANING
+from haverify.report.exit_codes import MEANING
 from haverify.report.report import Claim, Margin, Part, Report, Run
 
 _PARTS = 60  # violated parts of one claim that are printed

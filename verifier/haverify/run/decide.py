@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -11,6 +10,7 @@ from typing import Any
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.grant import Answer, grant
 from haverify.evidence.verdict import Trust, Unknown
+from haverify.model.core import canonical
 from haverify.model.spec import Spec
 from haverify.run import cache, recheck
 from haverify.run.executors import Solved, solve
@@ -87,10 +87,10 @@ def _ask(folder: ReportFolder, proposed: Mapping[str, Evidence]) -> dict[str, An
         folder.remove(certificate_file(name))
         if e.certificate is None or isinstance(e.verdict, Unknown):
             continue
-        folder.add(certificate_file(name), canonical(e.certificate))
+        folder.add(certificate_file(name), canonical(e.certificate).decode())
         for cell, content in e.cells.items():
             if not written.get(cell):
-                folder.add(f"certificates/cells/{cell}.json", canonical(content))
+                folder.add(f"certificates/cells/{cell}.json", canonical(content).decode())
                 written[cell] = True
         written[f"claim {name}"] = True
     asked = [n for n in proposed if written.get(f"claim {n}")]
@@ -98,11 +98,6 @@ def _ask(folder: ReportFolder, proposed: Mapping[str, Evidence]) -> dict[str, An
         return {}
     answers = recheck.ask(folder.path)
     return {n: answers.get(n, Answer("refused", "hacheck did not mention it")) for n in asked}
-
-
-def canonical(value: Any) -> str:
-    """The canonical JSON of docs/core.md section 1."""
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False) + "\n"
 
 
 def _granted(

@@ -18,7 +18,7 @@ from haverify.errors import UsageError
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.claim import Claim
-from haverify.report import gate, report
+from haverify.report import exit_codes, gate, report
 from haverify.report.as_json import as_json
 from haverify.report.as_markdown import as_markdown
 from haverify.report.assemble import Assembler
@@ -107,9 +107,9 @@ def _core(e: Examined) -> str:
     """The canonical core, where the spec has a meaning."""
     if e.spec is None or not e.has_meaning:
         return ""
-    from haverify.model.core import core_text
+    from haverify.model.core import canonical, to_core
 
-    return core_text(e.spec)
+    return canonical(to_core(e.spec)).decode()
 
 
 def _decided(e: Examined, claims: list[Claim], core: str, folder: ReportFolder, options: Options) -> Decided:
@@ -176,11 +176,11 @@ def _report(
 
 def exit_code(e: Examined, judged: Sequence[int], decided: Decided) -> int:
     """The exit code of one spec; 5 where no claim was looked at."""
-    codes = [*judged] or [gate.NOTHING]
-    codes.append(gate.finding_code(e.found, e.accepted))
-    codes += [gate.FAULT] if decided.faults else []
-    codes += [gate.INTERRUPTED] if decided.is_interrupted else []
-    return gate.worst(codes)
+    codes = [*judged] or [exit_codes.NOTHING]
+    codes.append(exit_codes.finding_code(e.found, e.accepted))
+    codes += [exit_codes.FAULT] if decided.faults else []
+    codes += [exit_codes.INTERRUPTED] if decided.is_interrupted else []
+    return exit_codes.worst(codes)
 
 
 def _summary(entries: Sequence[report.Claim], new: Sequence[Diagnostic], accepted: int, code: int) -> report.Summary:

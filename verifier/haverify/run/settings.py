@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from haverify.errors import UsageError
+from haverify.text.record import record
 
 GRADES = ("checked", "enclosed", "solver")
 FORMATS = ("text", "json", "github")
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Settings:
     """What a project may set; None where it does not."""
 
