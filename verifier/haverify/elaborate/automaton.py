@@ -8,7 +8,7 @@ from typing import Any
 
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.context import Context, Lost, NeedsMode
-from haverify.elaborate.declare import Entries, constant, declare, function, input_, param, variable
+from haverify.elaborate.declare import Entries, constant, enum_with, declare, function, input_, param, variable
 from haverify.elaborate.expressions import Env, boolean, family_enum, of_type, range_in
 from haverify.elaborate.outputs import ModeScope, bound_output, enter_lets
 from haverify.elaborate.paths import edges_at, target_mode
@@ -171,7 +171,7 @@ def _enter_mode(work: _Work, decl: t.Mode) -> None:
         else:
             work.is_good = False
         return
-    enum = family_enum(work.env, head.family.of) if head.family else _index_enum(work, head)
+    enum = family_enum(work.env, head.family.of) if head.family else enum_with(work.env, head, scope.modes)
     members = _mode_family(work, head, enum)
     for value in enum.values if head.family else (str(head.index),):
         local = Scope(scope.label, scope, is_local=True)
@@ -181,12 +181,6 @@ def _enter_mode(work: _Work, decl: t.Mode) -> None:
         mode = ModeScope(f"{head.name}[{value}]", decl, local, head.family.name if head.family else None, span=head.span)
         members.by_value[value] = Symbol("mode", mode.name, head.span)
         work.machine.modes.append(mode)
-
-
-def _index_enum(work: _Work, head: t.Declared) -> Any:
-    from haverify.elaborate.declare import _enum_with
-
-    return _enum_with(work.env, head, work.machine.scope.modes)
 
 
 def _mode_family(work: _Work, head: t.Declared, enum: Any) -> Members:
@@ -253,16 +247,10 @@ def _enter_edge(work: _Work, head: t.Declared) -> None:
     if head.family is None and head.index is None:
         table.setdefault(head.name, Symbol("edge", head.name, head.span))
         return
-    enum = family_enum(work.env, head.family.of) if head.family else _index_enum_of(work, head)
+    enum = family_enum(work.env, head.family.of) if head.family else enum_with(work.env, head, table)
     symbol = table.setdefault(head.name, Symbol("family", head.name, head.span, payload=Members(enum)))
     for value in enum.values if head.family else (str(head.index),):
         symbol.payload.by_value.setdefault(value, Symbol("edge", f"{head.name}[{value}]", head.span))
-
-
-def _index_enum_of(work: _Work, head: t.Declared) -> Any:
-    from haverify.elaborate.declare import _enum_with
-
-    return _enum_with(work.env, head, work.machine.scope.edges)
 
 
 def _edges(work: _Work) -> Iterator[Edge]:

@@ -28,6 +28,7 @@ from haverify.model.unit import RADIAN, SECOND, Unit, coherent, power
 from haverify.syntax import tree as t
 from haverify.text.span import Span
 
+_APPLIED = ("column", "net", "fuzzyout", "relation", "cellword", "fuzzyword")
 _ANGLE = ("sin", "cos", "tan")
 _INVERSE = ("asin", "acos", "atan")
 _PLAIN = ("sinh", "cosh", "tanh", "exp", "log")
@@ -51,7 +52,7 @@ def _call_of(env: Env, callee: Found, node: t.Call) -> Found:
         return _polynomial(env, callee, node)
     if isinstance(callee, Symbol) and callee.kind == "fn":
         return _inline(env, callee, node)
-    if isinstance(callee, Symbol) and callee.kind in ("column", "net", "fuzzyout", "relation"):
+    if isinstance(callee, Symbol) and callee.kind in _APPLIED:
         from haverify.elaborate.applications import apply
 
         return apply(env, callee, node)
@@ -122,6 +123,7 @@ def declared_type(env: Env, type_: t.Type) -> tuple[str, Unit | None]:
         ctx.use(symbol, type_.span)
         return symbol.payload.name, ctx.one if symbol.payload.low is not None else None
     if symbol is not None and symbol.kind == "cell":
+        ctx.use(symbol, type_.span)
         return f"cell {symbol.name}", None
     return "real", ctx.unit(type_.text, type_.span)
 

@@ -15,7 +15,7 @@ from haverify.elaborate.context import Context, Lost, NeedsMode
 from haverify.elaborate.expressions import Env, boolean, denote, range_in, real, seconds, source_name, typed
 from haverify.elaborate.file import FileScope
 from haverify.elaborate.paths import target_mode
-from haverify.elaborate.resets import placed
+from haverify.elaborate.resets import bound_text, placed
 from haverify.elaborate.scope import Scope, Symbol, Typed
 from haverify.elaborate.values import exact_value
 from haverify.model.claim import Claim, Expectation, Goal
@@ -82,8 +82,7 @@ def _enter(work: _Claims, env: Env, item: t.Item, decl: t.Property | t.Invariant
 def _value(env: Env, head: t.Declared) -> str:
     if head.family is None:
         return head.index or ""
-    e = env.scope.names[head.family.name].payload.expr
-    return str(e.args[-1])
+    return bound_text(env, head.family.name)
 
 
 def _one(
@@ -126,7 +125,7 @@ def _claim_env(env: Env, symbol: Symbol | None, decl: t.Property | t.Invariant) 
     scope = env.scope
     if symbol is not None:
         symbol = env.ctx.use(symbol, None)
-        inner = symbol.payload.scope
+        inner = getattr(symbol.payload, "claim_scope", None) or symbol.payload.scope
         assert isinstance(inner, Scope)
         scope = inner
         if decl.declared.family is not None:

@@ -87,7 +87,7 @@ def _family(entries: Entries, declared: t.Declared, kind: str, table: dict[str, 
     if declared.family is not None:
         enum: EnumType | None = family_enum(env, declared.family.of)
     else:
-        enum = _enum_with(env, declared, table)
+        enum = enum_with(env, declared, table)
     assert enum is not None
     old = table.get(declared.name)
     if old is not None and old.kind == "family" and declared.index is not None:
@@ -98,7 +98,7 @@ def _family(entries: Entries, declared: t.Declared, kind: str, table: dict[str, 
     return members if env.ctx.define(table, declared.name, symbol, kind) else None
 
 
-def _enum_with(env: Env, declared: t.Declared, table: dict[str, Symbol]) -> EnumType:
+def enum_with(env: Env, declared: t.Declared, table: dict[str, Symbol]) -> EnumType:
     """The enumeration whose values are the explicit indices of `name[index]` so far."""
     assert declared.index is not None
     old = table.get(declared.name)

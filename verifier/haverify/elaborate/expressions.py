@@ -69,7 +69,7 @@ def boolean(env: Env, node: t.Expr) -> Expr:
 
 def of_type(env: Env, node: t.Expr, type_: str, unit: Unit | None, what: str, code: str = "HA101") -> Expr:
     """The value of an expression that must have a type and, if a number, fit a unit."""
-    e, found = typed(env, node, type_ if type_ in env.ctx.enums else None)
+    e, found = typed(env, node, type_ if type_ != "real" else None)
     both_numbers = env.ctx.is_number(type_) and env.ctx.is_number(found)
     if found != type_ and not both_numbers:
         env.ctx.fail("HA105", f"{what} is {type_phrase(env.ctx, type_)}, this is {type_phrase(env.ctx, found)}", node.span)
@@ -141,7 +141,18 @@ def _truth(env: Env, node: t.Truth, expect: str | None) -> Typed:
 
 
 def _bits(env: Env, node: t.Bits, expect: str | None) -> Typed:
-    env.ctx.fail("HA105", "a bit string stands for a cell only in rules", node.span)
+    return _cell(env, node, expect)
+
+
+def _cell(env: Env, node: t.Bits | t.Pair, expect: str | None) -> Typed:
+    """A constant cell, where a cell is expected."""
+    symbol = env.scope.lookup(expect.removeprefix("cell ")) if expect and expect.startswith("cell ") else None
+    if symbol is None:
+        env.ctx.fail("HA105", "bits or a pair stand for a cell only where a cell is expected", node.span)
+    from haverify.elaborate.cells import bits_of
+
+    bits = bits_of(env.ctx, env.ctx.use(symbol, node.span).payload, node)
+    return Typed(Expr("cell", (symbol.name, bits), None, node.span), f"cell {symbol.name}")
 
 
 # ---- names ----------------------------------------------------------------------
@@ -206,7 +217,7 @@ def denote(env: Env, node: t.Expr, expect: str | None = None) -> Found:
 def _name(env: Env, node: t.Name, expect: str | None) -> Found:
     ctx = env.ctx
     local = env.scope.local(node.id)
-    if local is None and expect is not None and node.id in ctx.enums[expect].values:
+    if local is None and expect in ctx.enums and node.id in ctx.enums[expect].values:
         ctx.used_values.add((expect, node.id))
         return ctx.value(ctx.enums[expect], node.id, node.span)
     symbol = local or env.scope.lookup(node.id)
@@ -303,7 +314,7 @@ def _field(env: Env, base: Typed, node: t.Member) -> Found:
     symbol = env.scope.lookup(cell) if kind == "cell" else None
     if symbol is None or symbol.kind != "cell":
         return env.ctx.fail("HA105", f"{type_phrase(env.ctx, base.type)} has no member '{node.name}'", node.span)
-    parts: dict[str, str] = symbol.payload
+    parts: dict[str, str] = env.ctx.use(symbol, node.span).payload.parts
     if node.name not in parts:
         env.ctx.unknown("part", node.name, cell, node.span, parts)
     return Typed(Expr("field", (base.expr, node.name), None, node.span), parts[node.name])
@@ -546,9 +557,9 @@ def _sides(env: Env, left: t.Expr, right: t.Expr) -> tuple[Typed, Typed]:
     """Both sides; a bare enumeration value takes its type from the other side."""
     if isinstance(left, t.Name) and env.scope.lookup(left.id) is None:
         b = typed(env, right)
-        return typed(env, left, b.type if b.type in env.ctx.enums else None), b
+        return typed(env, left, b.type if b.type != "real" else None), b
     a = typed(env, left)
-    return a, typed(env, right, a.type if a.type in env.ctx.enums else None)
+    return a, typed(env, right, a.type if a.type != "real" else None)
 
 
 def _membership(env: Env, left: t.Expr, right: t.Expr, span: Span) -> Expr:
@@ -620,7 +631,7 @@ def _set(env: Env, node: t.Interval, expect: str | None) -> Typed:
 
 
 def _tuple(env: Env, node: t.Pair, expect: str | None) -> Typed:
-    env.ctx.fail("HA105", "a pair stands for a cell only in rules", node.span)
+    return _cell(env, node, expect)
 
 
 _HANDLERS: dict[type, Callable[[Env, Any, str | None], Typed]] = {

@@ -9,7 +9,6 @@ from haverify.elaborate.expressions import Env, family_enum, index_value, of_typ
 from haverify.elaborate.scope import Members, Symbol
 from haverify.model.hybrid import Assign
 from haverify.syntax import tree as t
-from haverify.text.span import Span
 
 
 def resets(env: Env, assignments: Sequence[t.Assignment]) -> tuple[Assign, ...]:
@@ -75,6 +74,6 @@ def _member(env: Env, symbol: Symbol, target: t.Target) -> Symbol:
     return members.by_value[value]
 
 
-def assign_span(a: Assign) -> Span | None:
-    """Where an assignment is written."""
-    return a.span
+def bound_text(env: Env, name: str) -> str:
+    """The value of an enumeration that a local name stands for, as text."""
+    return str(env.scope.names[name].payload.expr.args[-1])
