@@ -6,13 +6,13 @@ import re
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.trees import SAMPLES, bare, comments
 
 from haverify.syntax.format import format  # noqa: A004
 from haverify.syntax.language import language
 from haverify.syntax.parse import parse
 from haverify.syntax.tree import Tree
 from haverify.text.source import Source
-from tests.trees import SAMPLES, bare, comments
 
 LAWS = settings(max_examples=100, deadline=None, derandomize=True)
 WORDS = sorted(language().words)

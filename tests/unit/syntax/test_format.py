@@ -1,13 +1,13 @@
 """The layout of constructs, comments, blank lines and long lines."""
 
 import pytest
+from tests.trees import SAMPLES, bare, comments, healthy
 
 from haverify.syntax.format import format, print_expr  # noqa: A004
 from haverify.syntax.parse import parse
 from haverify.syntax.tree import Assume, Binary, Name, Number, Unary
 from haverify.text.source import Source
 from haverify.text.span import Span
-from tests.trees import SAMPLES, bare, comments, healthy
 
 HEAD = 'spec "x" version "1.0"\n'
 NOWHERE = Span("", 0, 0)
@@ -116,3 +116,17 @@ def test_long_chains_do_not_recurse() -> None:
     assume = item.items[1].body
     assert isinstance(assume, Assume)
     assert print_expr(assume.condition).count("+") == 2999
+
+
+@pytest.mark.parametrize(
+    "opening", ["(", "-", "not ", "2^", "f(", "x[", "a implies ", "(a + b * (", "if a then b else ", "-x^(-"]
+)
+def test_what_is_read_is_not_too_deep_to_be_written(opening: str) -> None:
+    deep = [opening * depth + "1" + _closing(opening) * depth for depth in range(1, 200)]
+    accepted = [text for text in deep if not parse(Source.of_text("a.ha", HEAD + "assume " + text))[1]]
+    assert 10 < len(accepted) < 199
+    healthy(HEAD + body("assume " + accepted[-1]))
+
+
+def _closing(opening: str) -> str:
+    return "".join({"(": ")", "[": "]"}.get(letter, "") for letter in reversed(opening))

@@ -3,10 +3,10 @@
 from fractions import Fraction
 
 import pytest
+from tests.trees import SAMPLES, bare, healthy
 
 from haverify.syntax import tree as t
 from haverify.syntax.expressions import print_expr
-from tests.trees import SAMPLES, bare, healthy
 
 HEAD = 'spec "x" version "1.0"\n'
 

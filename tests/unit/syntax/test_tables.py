@@ -21,5 +21,5 @@ def test_every_rule_has_a_builder() -> None:
 
 
 def test_an_ambiguous_grammar_is_refused() -> None:
-    with pytest.raises(ValueError, match="[Cc]onflict"):
+    with pytest.raises(ValueError, match=r"[Cc]onflict"):
         tables._compiled('start: "if" start | "if" start "else" start | "x"')

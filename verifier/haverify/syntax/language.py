@@ -29,7 +29,10 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """`states[state][symbol]` is the next state, or when negative the index in `rules` of the rule to reduce by."""
+    """`states[state][symbol]` is the next state, or when negative the index in `rules` of the rule to reduce by.
+
+    `starters` are the reserved words that begin a declaration, a member or a line of some block.
+    """
 
     states: list[dict[str, int]]
     rules: list[Rule]
@@ -39,6 +42,7 @@ class Language:
     scanner: re.Pattern[str]
     unit: re.Pattern[str]
     number: re.Pattern[str]
+    starters: frozenset[str]
 
     def spelling(self, terminal: str) -> str:
         """What an author writes for a terminal that is one word or symbol; empty for the others."""
@@ -69,4 +73,5 @@ def language() -> Language:
         re.compile(data["scanner"], re.DOTALL),
         re.compile(data["unit"]),
         re.compile(data["number"]),
+        frozenset(data["starters"]),
     )

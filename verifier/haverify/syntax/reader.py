@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -18,15 +19,16 @@ from haverify.text.span import Span
 
 MOST_SHOWN = 20
 MOST_ERRORS = 200  # then the rest of the file is not read: it is hardly a spec
-DEEPEST = 400  # states on the stack; a level of brackets takes up to twelve, hardly any text needs sixty
+DEEPEST = 200  # states on the stack: few enough for those who descend into the tree, a plain bracket takes one
 
 CONTINUES_AFTER = DANGLING | {"RANGE", "PARALLEL", "JOIN", "LBRACE", "DOC"}
 CONTINUES_BEFORE = frozenset(("and", "or", "implies", "when", "do", "then", "else", "inductive"))
 CONTINUES_AFTER_TEXT = re.compile(r"(?:[-+*/^<>=:,.|([]|\b(?:in|is|and|or|not|implies|if|then|else|when|do))[ \t\r]*\Z")
 OPENING = {"LPAR": "(", "LSQB": "[", "LBRACE": "{"}
 CLOSING = frozenset(("RPAR", "RSQB", "RBRACE"))
-DULL = r'(?:[^\n;{{}}"/{also}]+|"[^"\n]*"|/(?!/){more})+'
-LONGEST_SKIP = 300_000  # pieces passed over after errors; then the rest of the file is not read
+DULL = r'(?:[^\n;{}"/]+|"[^"\n]*"|/(?!/))+'
+DULL_LIST = r'(?:[^\n;{},"/]+|"[^"\n]*"|/(?!/))+'
+LONGEST_SKIP = 100_000  # pieces passed over after errors; then the rest of the file is not read
 
 
 class _Skip(NamedTuple):
@@ -52,12 +54,7 @@ class Reader:
         self._findings: list[Diagnostic] = []
         self._errors = 0
         self._skipped = 0
-        self._starters = _starters(language)
-        first = {word for word, terminal in language.words.items() if terminal in language.states[0]}
-        outside = "|".join(sorted(first | self._starters))
-        self._dull_outside = re.compile(DULL.format(also="", more=rf"|}}|[\n;](?![ \t]*(?:(?:{outside})\b|@|/))"))
-        self._dull = re.compile(DULL.format(also="", more=""))
-        self._dull_list = re.compile(DULL.format(also=",", more=""))
+        self._starters = language.starters
 
     def read(self) -> tuple[Tree, list[Diagnostic]]:
         """The tree and the findings of the file."""
@@ -224,8 +221,8 @@ class Reader:
     def _jump(self, inside: bool, depth: int) -> None:
         """Pass what cannot matter while skipping, at the speed of one search."""
         in_list = inside and depth == 0 and self._machine.accepts("COMMA")
-        pattern = self._dull_outside if not inside and depth == 0 else self._dull_list if in_list else self._dull
-        dull = pattern.match(self._source.text, self._scanner.position)
+        pattern = DULL_LIST if in_list else DULL if inside or depth else self._dull_outside
+        dull = re.compile(pattern).match(self._source.text, self._scanner.position)
         if dull:
             self._scanner.position = dull.end()
 
@@ -256,6 +253,13 @@ class Reader:
             self._drop(self._lists()[0])
             machine.feed("$END", None, end, end)
 
+    @cached_property
+    def _dull_outside(self) -> str:
+        """Between declarations whole lines are dull, unless a word of the language begins them."""
+        words = {word for word, terminal in self._language.words.items() if terminal in self._language.states[0]}
+        beginning = "|".join(sorted(words | self._starters))
+        return rf"(?:{DULL}|}}|[\n;](?![ \t]*(?:(?:{beginning})\b|@|/)))+"
+
     def _too_deep(self, piece: Piece) -> None:
         span = Span(self._source.path, piece.start, piece.end)
         message = "nested too deeply to be meant; the rest of the file was not read"
@@ -269,9 +273,3 @@ class Reader:
             return findings
         note = f"only the first {MOST_SHOWN} errors of this file are shown"
         return [*findings[: MOST_SHOWN - 1], replace(findings[MOST_SHOWN - 1], notes=(note,))]
-
-
-def _starters(language: Language) -> frozenset[str]:
-    """Reserved words that begin a declaration, a member or a line of some block."""
-    rows = [row for row in language.states if "_ERROR" in row]
-    return frozenset(word for word in language.reserved if any(language.words[word] in row for row in rows))

@@ -85,8 +85,8 @@ def _ordered_states(states: dict[int, Any], start: int) -> list[int]:
     return order
 
 
-def _state_rows(table: Any, rules: list[Any]) -> tuple[list[dict[str, int]], int]:
-    """Per state: symbol to next state, or to -1 - rule for a reduction; and the accepting state."""
+def _state_rows(table: Any, rules: list[Any]) -> list[dict[str, int]]:
+    """Per state: symbol to next state, or to -1 - rule for a reduction; the last one accepts."""
     start = table.start_states["start"]
     order = _ordered_states(table.states, start)
     number = {state: place for place, state in enumerate(order)}
@@ -97,7 +97,7 @@ def _state_rows(table: Any, rules: list[Any]) -> tuple[list[dict[str, int]], int
         rows.append({s: number[arg] if str(act) == "Shift" else -1 - of_rule[id(arg)] for s, (act, arg) in actions})
     end = number[table.end_states["start"]]
     rows[end]["$END"] = len(rows)
-    return [*rows, {}], end
+    return [*rows, {}]
 
 
 def _spellings(terminals: list[Any]) -> tuple[dict[str, str], dict[str, str]]:
@@ -144,14 +144,17 @@ def generate() -> dict[str, Any]:
     rules = sorted(compiled.rules, key=_rule_key)
     by_key = {str(_rule_key(rule)): rule for rule in rules}
     _share_rules(table, by_key)
-    rows, _ = _state_rows(table, rules)
+    rows = _state_rows(table, rules)
     patterns = {t.name: t.pattern.value for t in compiled.terminals if t.pattern.type == "re"}
     words, symbols = _spellings(compiled.terminals)
+    reserved = sorted(word for word in words if not re.fullmatch(patterns["NAME"], word))
+    items = [row for row in rows if "_ERROR" in row]
     return {
         "sha256": hashlib.sha256(grammar.encode()).hexdigest(),
         "words": words,
         "symbols": symbols,
-        "reserved": sorted(word for word in words if not re.fullmatch(patterns["NAME"], word)),
+        "reserved": reserved,
+        "starters": [word for word in reserved if any(words[word] in row for row in items)],
         "scanner": _scanner(patterns, symbols),
         "unit": patterns["UNIT"],
         "number": patterns["NUMBER"],
