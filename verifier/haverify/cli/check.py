@@ -35,7 +35,7 @@ def run(called: argparse.Namespace) -> int:
             print(f"haverify: {e}", file=sys.stderr)
             codes.append(UNREADABLE)
             continue
-        known += [c.name for c in outcome.examined.spec.claims] if outcome.examined.spec else []
+        known += outcome.known
         codes.append(outcome.report.summary.exit_code)
         folders += [f"{outcome.folder}/report.json"] if outcome.folder else []
         _show(outcome, form)

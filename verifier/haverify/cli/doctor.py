@@ -60,6 +60,6 @@ def _rounding() -> None:
 def _checker() -> None:
     from haverify.run.recheck import command
 
-    done = subprocess.run(command(None, "--help"), capture_output=True, check=False)
-    if done.returncode != 0:
-        raise ToolError(f"hacheck ends with exit code {done.returncode}")
+    done = subprocess.run(command(None), capture_output=True, check=False)
+    if b"usage" not in done.stderr:
+        raise ToolError(f"hacheck does not answer (exit code {done.returncode})")

@@ -28,13 +28,13 @@ def _inputs(folder: Path) -> int:
     try:
         report = json.loads((folder / "report.json").read_bytes())
         core = (folder / "core.json").read_bytes()
-        path = Path(report["spec"])
+        path, only = Path(report["spec"]), str(report["options"]["property"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return UNREADABLE
     if not path.is_file():
         print(f"{path}: not here, so the core is taken as it is")
         return OK
-    text = _core_again(str(path))
+    text = _core_again(str(path), only)
     if text is None:
         print(f"{path}: cannot be read as it could when the report was made")
         return WRONG
@@ -45,13 +45,17 @@ def _inputs(folder: Path) -> int:
     return OK
 
 
-def _core_again(path: str) -> bytes | None:
+def _core_again(path: str, only: str) -> bytes | None:
+    """The core of a spec, with the claims that the report is about."""
     from haverify.model.core import canonical, to_core
     from haverify.run.examine import read
+    from haverify.run.pipeline import with_claims
 
     try:
         spec, _, found = read(path)
     except UsageError:
         return None
     has_meaning = spec is not None and not any(is_meaningless(d) for d in found)
-    return canonical(to_core(spec)) if spec is not None and has_meaning else None
+    if spec is None or not has_meaning:
+        return None
+    return canonical(to_core(with_claims(spec, only) if only else spec))

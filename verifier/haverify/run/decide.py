@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 from haverify.evidence.evidence import Evidence
@@ -26,6 +27,7 @@ class Plan:
     jobs: int
     use_cache: bool
     grade: Trust
+    base: Path  # the folder of the spec, from which its tables are found
 
 
 @dataclass
@@ -47,13 +49,13 @@ def decide(spec: Spec, names: Sequence[str], core: Mapping[str, Any], folder: Re
     solved = solve(spec, [n for n in names if n not in kept], plan.budget, plan.jobs)
     proposed = {**kept, **solved.evidence}
     try:
-        answers = _ask(folder, proposed)
+        answers = _ask(folder, proposed, plan.base)
         doubtful = [n for n in kept if n in answers and answers[n].word == "refused"]
         if doubtful:
             again = solve(spec, doubtful, plan.budget, plan.jobs)
             solved = solved.and_then(again)
             proposed = {n: e for n, e in proposed.items() if n not in doubtful} | again.evidence
-            answers = _ask(folder, proposed)
+            answers = _ask(folder, proposed, plan.base)
     except KeyboardInterrupt:  # nothing counts that hacheck has not answered for
         proposed, answers = {}, {}
         solved = Solved(is_interrupted=True)
@@ -80,7 +82,7 @@ class _Keys:
                 cache.keep(model, claims, own)
 
 
-def _ask(folder: ReportFolder, proposed: Mapping[str, Evidence]) -> dict[str, Answer]:
+def _ask(folder: ReportFolder, proposed: Mapping[str, Evidence], base: Path) -> dict[str, Answer]:
     """Write the certificates of all that is proposed, and what `hacheck` answers for each."""
     written: dict[str, bool] = {}
     for name, e in proposed.items():
@@ -96,7 +98,7 @@ def _ask(folder: ReportFolder, proposed: Mapping[str, Evidence]) -> dict[str, An
     asked = [n for n in proposed if written.get(f"claim {n}")]
     if not asked:
         return {}
-    answers = recheck.ask(folder.path)
+    answers = recheck.ask(folder.path, base)
     return {n: answers.get(n, Answer("refused", "hacheck did not mention it")) for n in asked}
 
 

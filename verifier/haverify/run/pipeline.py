@@ -18,6 +18,7 @@ from haverify.errors import UsageError
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.claim import Claim
+from haverify.model.spec import Spec
 from haverify.report import exit_codes, gate, report
 from haverify.report.as_json import as_json
 from haverify.report.as_markdown import as_markdown
@@ -47,7 +48,10 @@ class Options:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A checked spec: what was read, the evidence and the report on it, the problems it adds, faults of ours."""
+    """A checked spec: what was read, the evidence and the report on it, the problems it adds, faults of ours.
+
+    `known` are the names of all claims of the spec, selected or not.
+    """
 
     examined: Examined
     evidence: dict[str, Evidence]
@@ -55,6 +59,7 @@ class Outcome:
     problems: list[Diagnostic]
     folder: Path | None
     faults: list[str]
+    known: list[str]
 
 
 def check(path: str, options: Options) -> Outcome:
@@ -65,11 +70,13 @@ def check(path: str, options: Options) -> Outcome:
     UsageError      if the spec, the lock file or the report folder cannot be used
     """
     started = _clock()
-    examined = examine(path, options.lock)
-    claims = selected(examined, options.only)
+    whole = examine(path, options.lock)
+    known = [c.name for c in whole.spec.claims] if whole.spec else []
+    examined = restricted(whole, options.only)
+    claims = list(examined.spec.claims) if examined.spec else []
     folder = ReportFolder(options.report or Path(_scratch()))
     try:
-        return _checked(examined, claims, folder, options, started)
+        return replace(_checked(examined, claims, folder, options, started), known=known)
     finally:
         folder.drop()
 
@@ -80,10 +87,18 @@ def _scratch() -> str:
     return os.path.join(gettempdir(), f"haverify-{os.getpid()}-{time.monotonic_ns()}")
 
 
-def selected(e: Examined, only: str | None) -> list[Claim]:
-    """The claims to decide: all, or the one (or family) that is named."""
-    claims = list(e.spec.claims) if e.spec else []
-    return [c for c in claims if only is None or c.name == only or c.name.split("[")[0] == only]
+def restricted(e: Examined, only: str | None) -> Examined:
+    """The same with the claims of one name (or family) alone, and the invariants these use."""
+    return e if e.spec is None or only is None else replace(e, spec=with_claims(e.spec, only))
+
+
+def with_claims(spec: Spec, only: str) -> Spec:
+    """The spec with the claims of one name (or family), and the invariants these use."""
+    wanted = [c.name for c in spec.claims if only in (c.name, c.name.split("[")[0])]
+    using = {c.name: c.using for c in spec.claims}
+    for name in wanted:
+        wanted += [u for u in using.get(name, ()) if u not in wanted]
+    return replace(spec, claims=tuple(c for c in spec.claims if c.name in wanted))
 
 
 def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Options, started: _Clock) -> Outcome:
@@ -100,7 +115,7 @@ def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Op
     _write(folder, result, claims, decided)
     if options.report is not None:
         folder.finish()
-    return Outcome(e, decided.evidence, result, problems, options.report, decided.faults)
+    return Outcome(e, decided.evidence, result, problems, options.report, decided.faults, [])
 
 
 def _core(e: Examined) -> str:
@@ -118,7 +133,7 @@ def _decided(e: Examined, claims: list[Claim], core: str, folder: ReportFolder, 
         return Decided(
             {c.name: Evidence(Unknown("meaning", reason, next_step="repair these errors"), (), "") for c in claims}
         )
-    plan = Plan(options.budget, options.jobs, options.use_cache, options.grade)
+    plan = Plan(options.budget, options.jobs, options.use_cache, options.grade, Path(e.path).parent)
     return decide(e.spec, [c.name for c in claims], json.loads(core), folder, plan)
 
 

@@ -24,23 +24,29 @@ def command(folder: Path | None, *options: str) -> list[str]:
     return [sys.executable, "-I", "-S", "-c", _START, place, *([str(folder)] if folder else []), *options]
 
 
-def ask(folder: Path) -> dict[str, Answer]:
-    """What `hacheck` answers for each certificate in a folder, by claim.
+def ask(folder: Path, base: Path) -> dict[str, Answer]:
+    """What `hacheck` answers for each certificate in a folder, by claim; tables are found from `base`.
 
     Raises
     ------
     ToolError       if the checker cannot be run or its answer cannot be read
     """
-    done = subprocess.run(command(folder, "--json", "--no-report"), capture_output=True, check=False)
+    done = subprocess.run(
+        command(folder, "--json", "--no-report", "--inputs", str(base)), capture_output=True, check=False
+    )
     try:
-        return {entry["claim"]: _answer(entry) for entry in json.loads(done.stdout)["claims"]}
-    except (ValueError, KeyError, TypeError) as e:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise ToolError(f"hacheck gave no answer (exit code {done.returncode}): {said[-1] if said else e}") from e
+        said = json.loads(done.stdout)
+        if said["inputs"]["outcome"] != "accepted":
+            refused = Answer("refused", str(said["inputs"]["reason"]))
+            return dict.fromkeys(said["claims"], refused)
+        return {name: _answer(entry) for name, entry in said["claims"].items() if entry["outcome"] != "absent"}
+    except (ValueError, KeyError, TypeError, AttributeError) as e:
+        last = [str(e), *done.stderr.decode(errors="replace").strip().splitlines()][-1]
+        raise ToolError(f"hacheck gave no answer (exit code {done.returncode}): {last}") from e
 
 
 def _answer(entry: Any) -> Answer:
-    word = entry["answer"]
+    word = entry["outcome"]
     if word not in ("accepted", "refused", "beyond"):
         raise ValueError(f"no such answer: {word!r}")
     return Answer(word, str(entry.get("reason") or ""))
