@@ -6,15 +6,15 @@ A tree holds what was written and nothing else: no resolved name, no unit arithm
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
+from haverify.text.record import record
 from haverify.text.span import Span
 
 # ---- expressions -------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Number:
     """`20.06656`, `4e4`; with `unit` a quantity (`0.4 s`, `2 rpm`). `text` is the number as written."""
 
@@ -24,7 +24,7 @@ class Number:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Bits:
     """`0b0111`: a code with its width."""
 
@@ -32,7 +32,7 @@ class Bits:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Truth:
     """`true` or `false`."""
 
@@ -40,7 +40,7 @@ class Truth:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Name:
     """An identifier."""
 
@@ -48,7 +48,7 @@ class Name:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Member:
     """`base.name`."""
 
@@ -57,7 +57,7 @@ class Member:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Index:
     """`base[index]`."""
 
@@ -66,7 +66,7 @@ class Index:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Argument:
     """An argument of a call: `expr`, `name = expr`, `expr for family.name in family.of`."""
 
@@ -76,7 +76,7 @@ class Argument:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Call:
     """`function(arguments)`."""
 
@@ -85,7 +85,7 @@ class Call:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Unary:
     """`-e` or `not e`; `op` is `-` or `not`."""
 
@@ -94,7 +94,7 @@ class Unary:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Binary:
     """`+ - * / ^ +- and or implies`; `and` and `or` are left-nested."""
 
@@ -104,7 +104,7 @@ class Binary:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Comparison:
     """A chain `operands[0] ops[0] operands[1] ops[1] ...` with ops `< <= > >= == != is in`; at least one op."""
 
@@ -113,7 +113,7 @@ class Comparison:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Interval:
     """`[low, high]`, a set."""
 
@@ -122,7 +122,7 @@ class Interval:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Pair:
     """`(left, right)`."""
 
@@ -131,7 +131,7 @@ class Pair:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class If:
     """`if condition then yes else no`."""
 
@@ -141,7 +141,7 @@ class If:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Quantifier:
     """`forall name in of: body`; `kind` is `forall`, `exists` or `unique`; `of` is a dotted name."""
 
@@ -152,7 +152,7 @@ class Quantifier:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Temporal:
     """`globally[low, high] body` or `eventually[low, high] body`."""
 
@@ -163,7 +163,7 @@ class Temporal:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Until:
     """`left until[low, high] right`."""
 
@@ -174,7 +174,7 @@ class Until:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Paren:
     """`(inner)`: kept, so that a formatter can keep what an author grouped."""
 
@@ -190,7 +190,7 @@ Expr = (
 # ---- pieces of declarations ----------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Family:
     """`for name in of`: one declaration per value; `of` is a Name or Member chain."""
 
@@ -199,7 +199,7 @@ class Family:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Type:
     """`: unit`, `: 1`, `: bool`, `: EnumName`; `text` without the colon."""
 
@@ -207,7 +207,7 @@ class Type:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Declared:
     """A declared name: `name`, `name for i in I` (family) or `name[value]` (one member, as `expand` writes)."""
 
@@ -217,7 +217,7 @@ class Declared:
     span: Span  # of the name alone
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Target:
     """What is assigned, differentiated or jumped to: `name` or `name[index]`."""
 
@@ -226,7 +226,7 @@ class Target:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assignment:
     """`target := value` or `target in value` (`is_set`), possibly one per value of a family."""
 
@@ -237,7 +237,7 @@ class Assignment:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Derivative:
     """`target' = value` or `target' in value` (`is_set`)."""
 
@@ -248,7 +248,7 @@ class Derivative:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AttributeArgument:
     """An argument of an attribute or a method: `value` or `name = value`; strings are `str`."""
 
@@ -257,7 +257,7 @@ class AttributeArgument:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Attribute:
     """`@name(arguments)` before a declaration."""
 
@@ -266,7 +266,7 @@ class Attribute:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Binding:
     """`name = value` or `name in value` (`is_set`) after `with` of an instance or a part."""
 
@@ -276,7 +276,7 @@ class Binding:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Item:
     """A declaration or member line with the doc comments (without `///`) and attributes in front of it."""
 
@@ -289,7 +289,7 @@ class Item:
 # ---- declarations --------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SpecHeader:
     title: str
     version: str
@@ -297,7 +297,7 @@ class SpecHeader:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Import:
     path: str
     alias: str | None
@@ -305,14 +305,14 @@ class Import:
     path_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class UnitDecl:
     name: str
     value: Expr | None
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Const:
     declared: Declared
     type: Type | None
@@ -320,7 +320,7 @@ class Const:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Param:
     declared: Declared
     type: Type | None
@@ -329,7 +329,7 @@ class Param:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Input:
     declared: Declared
     type: Type | None
@@ -339,14 +339,14 @@ class Input:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EnumValue:
     name: str
     code: str | None  # a number or `0b...` as written
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EnumDecl:
     """`values` of an enumeration, or `low`..`high` of an integer one."""
 
@@ -357,7 +357,7 @@ class EnumDecl:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TableLine:
     """A line of a table.
 
@@ -388,7 +388,7 @@ class TableLine:
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Table:
     name: str
     path: str
@@ -397,14 +397,14 @@ class Table:
     path_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Formal:
     name: str
     type: Type | None
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Function:
     name: str
     formals: tuple[Formal, ...]
@@ -413,7 +413,7 @@ class Function:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NetworkLine:
     kind: str  # "input", "output", "sha256"
     declared: Declared | None
@@ -422,7 +422,7 @@ class NetworkLine:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Network:
     name: str
     path: str
@@ -431,7 +431,7 @@ class Network:
     path_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Var:
     """`var a, b for i in I: m in R`."""
 
@@ -441,7 +441,7 @@ class Var:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Let:
     declared: Declared
     type: Type | None
@@ -449,7 +449,7 @@ class Let:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Init:
     mode: Target | None
     where: Expr | None
@@ -457,24 +457,24 @@ class Init:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Domain:
     condition: Expr
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Flow:
     lines: tuple[Derivative, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Terminal:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mode:
     """`mode name { ... }`, `mode name for p in E { ... }` or, as `expand` writes, `mode name[value] { ... }`."""
 
@@ -483,7 +483,7 @@ class Mode:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Edge:
     urgent: bool
     declared: Declared | None
@@ -494,7 +494,7 @@ class Edge:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sample:
     name: str
     period: Expr
@@ -502,7 +502,7 @@ class Sample:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Priority:
     """`priority paths[0] over paths[1] ... when guard`; a path is a Name, Member or Index chain."""
 
@@ -511,7 +511,7 @@ class Priority:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Slot:
     mode: str
     until: Expr
@@ -520,7 +520,7 @@ class Slot:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Schedule:
     clock: str
     start: Expr
@@ -528,7 +528,7 @@ class Schedule:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Automaton:
     name: str
     members: tuple[Item, ...]
@@ -536,7 +536,7 @@ class Automaton:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instance:
     """`automaton name = base with { bindings }`."""
 
@@ -547,7 +547,7 @@ class Instance:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     declared: Declared
     base: Expr
@@ -555,7 +555,7 @@ class Part:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sync:
     """`sync name: paths -> listeners when guard do assignments`; a rendezvous when there are no listeners."""
 
@@ -567,7 +567,7 @@ class Sync:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class System:
     """`system name { members }`, or `system name = parts[0] || ... sync syncs` (then `members` is empty)."""
 
@@ -579,7 +579,7 @@ class System:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CellLine:
     """`cell name = first ++ second`."""
 
@@ -589,7 +589,7 @@ class CellLine:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RuleLine:
     """`rule left -> right` of a cellular automaton, or a pair or maplet of a relation: Name, Bits or Pair of Names."""
 
@@ -599,7 +599,7 @@ class RuleLine:
     is_pair: bool = False  # a relation's `(a, b)`, as opposed to `a -> b`
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NextLine:
     """`next(name) = value`."""
 
@@ -608,7 +608,7 @@ class NextLine:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cellular:
     name: str
     lines: tuple[CellLine | RuleLine | NextLine, ...]
@@ -616,7 +616,7 @@ class Cellular:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Relation:
     name: str
     lines: tuple[RuleLine, ...]
@@ -624,7 +624,7 @@ class Relation:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FuzzyTerm:
     """`name = shape(corners)`."""
 
@@ -634,7 +634,7 @@ class FuzzyTerm:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FuzzyLine:
     """A line of a fuzzy system.
 
@@ -658,7 +658,7 @@ class FuzzyLine:
     condition: Expr | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Fuzzy:
     name: str
     lines: tuple[FuzzyLine, ...]
@@ -666,7 +666,7 @@ class Fuzzy:
     name_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Expectation:
     """`expect verdict margin op q share op q because "..."`; comparisons are (op, bound)."""
 
@@ -677,14 +677,14 @@ class Expectation:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assume:
     name: str | None
     condition: Expr
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Invariant:
     declared: Declared
     on: Expr | None
@@ -695,7 +695,7 @@ class Invariant:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Goal:
     """A goal line.
 
@@ -712,7 +712,7 @@ class Goal:
     attracting: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Horizon:
     """`within time, jumps jumps`, `within jumps jumps`, `within time`."""
 
@@ -721,7 +721,7 @@ class Horizon:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Which:
     """`for which name in range`."""
 
@@ -730,20 +730,20 @@ class Which:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Using:
     names: tuple[Name, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Method:
     name: str
     arguments: tuple[AttributeArgument, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Property:
     declared: Declared
     on: Expr | None
@@ -759,7 +759,7 @@ Decl = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Tree:
     """A whole file: its items in order, and its `//` comments (text with the slashes, span) in order."""
 
