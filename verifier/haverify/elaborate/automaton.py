@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 from haverify.elaborate import arithmetic as A
@@ -425,16 +426,20 @@ def _init(work: _Work, init: t.Init) -> Iterator[Init]:
 
 def _priorities(work: _Work) -> Iterator[Priority]:
     for priority in work.bodies(t.Priority):
-        made = _guarded(work, lambda: priority_of(work.env, priority))  # noqa: B023
-        if made is not None:
-            yield made
+        yield from _guarded(work, lambda: list(priorities_of(work.env, priority))) or ()  # noqa: B023
 
 
-def priority_of(env: Env, priority: t.Priority) -> Priority:
-    """`priority a over b over c when g`, with indices left out written out."""
-    over = [n for p in priority.paths for n in edges_at(env, p)]
+def priorities_of(env: Env, priority: t.Priority) -> Iterator[Priority]:
+    """`priority a over b over c when g`; an index left out means all, so families give one priority for each pair."""
+    groups = [edges_at(env, p) for p in priority.paths]
     when = boolean(env, priority.guard) if priority.guard else TRUE
-    return Priority(tuple(over), when, priority.span)
+    if all(len(g) == 1 for g in groups):
+        yield Priority(tuple(g[0] for g in groups), when, priority.span)
+        return
+    for high, low in pairwise(groups):
+        for a in high:
+            for b in low:
+                yield Priority((a, b), when, priority.span)
 
 
 def _model(work: _Work, doc: str, span: Any) -> HybridAutomaton | None:
@@ -458,4 +463,4 @@ def _model(work: _Work, doc: str, span: Any) -> HybridAutomaton | None:
     )  # fmt: skip
 
 
-__all__ = ["Assign", "Machine", "declare_member", "elaborate_automaton", "priority_of"]
+__all__ = ["Assign", "Machine", "declare_member", "elaborate_automaton", "priorities_of"]

@@ -40,7 +40,7 @@ def read_axes(env: Env, made: list[Any], decl: t.Table, symbol: Symbol, source: 
     if how not in ("linear", "hold"):
         env.ctx.fail("HA105", f"interpolate is linear or hold, not '{how}'", words[0].span)
     columns = tuple((c.name, c.unit, c.tolerance) for c in shape.columns)
-    table = DataTable(symbol.name, how, axes, columns, rows, decl.span)
+    table = DataTable(symbol.name, how, axes, columns, rows, decl.span, reading.file)
     made.append(table)
     symbol.kind, symbol.payload = "data", Data(table, _columns(table, shape))
 

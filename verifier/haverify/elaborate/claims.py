@@ -218,12 +218,12 @@ def _which(env: Env, line: t.Which) -> tuple[str, Range]:
 def _method(env: Env, line: t.Method) -> tuple[str, tuple[tuple[str, str], ...]]:
     arguments = []
     for a in line.arguments:
-        value = a.value if isinstance(a.value, str) else _argument_text(env, a.value)
+        value = f'"{a.value}"' if isinstance(a.value, str) else _argument_text(a.value)
         arguments.append((a.name or "", value))
     return line.name, tuple(arguments)
 
 
-def _argument_text(env: Env, value: t.Expr) -> str:
+def _argument_text(value: t.Expr) -> str:
     if isinstance(value, t.Number):
         return value.text + (f" {value.unit}" if value.unit else "")
     return source_name(value)

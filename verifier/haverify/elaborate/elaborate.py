@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.elaborate.claims import elaborate_claims
 from haverify.elaborate.context import Context
-from haverify.elaborate.file import FileScope, elaborate_files
+from haverify.elaborate.deep import deep_recursion
+from haverify.elaborate.file import elaborate_files
 from haverify.elaborate.files import Files
 from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
 from haverify.model.cellular import CellularAutomaton, Relation
@@ -28,7 +25,7 @@ def elaborate(tree: t.Tree, files: Files) -> tuple[Spec | None, list[Diagnostic]
     """
     if not tree.items:
         return None, []
-    with _deep_recursion():
+    with deep_recursion():
         return _elaborate(tree, files)
 
 
@@ -48,17 +45,3 @@ def _elaborate(tree: t.Tree, files: Files) -> tuple[Spec, list[Diagnostic]]:
         of(Relation), of(FuzzyController), claims, tuple(ctx.cells), tuple(ctx.allowed), lost,  # type: ignore[arg-type]
     )  # fmt: skip
     return spec, ctx.diagnostics
-
-
-@contextmanager
-def _deep_recursion() -> Iterator[None]:
-    """Room for expressions as deep as the parser lets them be, each level a few calls."""
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, 20_000))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)
-
-
-__all__ = ["FileScope", "elaborate"]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from haverify.elaborate.automaton import Machine, declare_member, priority_of
+from haverify.elaborate.automaton import Machine, declare_member, priorities_of
 from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.declare import Entries, enum_with
 from haverify.elaborate.expressions import Env, boolean, denote, family_enum, of_type, range_in, source_name
@@ -227,9 +227,7 @@ def _init(env: Env, init: t.Init) -> Init:
 
 def _priorities(work: _Work) -> Iterator[Priority]:
     for priority in work.bodies(t.Priority):
-        made = _guarded(work, lambda priority=priority: priority_of(work.env, priority))
-        if made is not None:
-            yield made
+        yield from _guarded(work, lambda priority=priority: list(priorities_of(work.env, priority))) or ()
 
 
 def _model(work: _Work, name: str, doc: str, span: Span) -> System | None:

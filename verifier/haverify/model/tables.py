@@ -20,8 +20,9 @@ class DataTable:
     interpolate: str
     axes: tuple[tuple[str, Unit | None], ...]
     columns: tuple[tuple[str, Unit | None, Fraction | str | None], ...]  # name, unit, half-width (a number or a column)
-    rows: tuple[tuple[Fraction, ...], ...]
+    rows: tuple[tuple[Fraction, ...], ...]  # behind the columns' numbers those of columns that are half-widths
     span: Span | None = None
+    file: str = ""  # relative to the spec; no part of the core
 
 
 @dataclass(frozen=True, slots=True)
