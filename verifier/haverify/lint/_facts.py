@@ -125,6 +125,8 @@ class Facts:
         answer = decide(conditions, case)
         if isinstance(answer, Undecided):
             self.leave_open(code, place, answer.reason, span)
+        elif isinstance(answer, Holds) and not answer.is_exact:
+            self.leave_open(code, place, "a part of the condition is no polynomial", span)
         return answer
 
     def leave_open(self, code: str, place: str, reason: str, span: Span | None) -> None:

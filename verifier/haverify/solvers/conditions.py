@@ -23,6 +23,8 @@ from haverify.solvers.linear import Infeasible, Row, TooLarge, solve
 from haverify.solvers.literals import PI, QUOTIENT, STAND_IN, Case, Literal, TooManyCasesError, both, cases
 
 MAX_CHOICES = 256
+MAX_VALUES = 16
+MAX_UNKNOWNS = 24
 PI_LOW = Fraction(314159265358979323846, 10**20)
 PI_HIGH = Fraction(314159265358979323847, 10**20)
 
@@ -48,7 +50,8 @@ def decide(conditions: Sequence[Condition], extra: Sequence[Literal] = ()) -> An
             found = both(found, cases(closure(c.expr, c.frame) if c.closed else c.expr, c.frame, c.holds))
         scope = conditions[0].frame.scope
         found = both(found, _ranges(scope, {n for case in found for q in case for n in q.poly.variables}))
-        return _first([case for f in found for case in _discrete(f, scope)])
+        answer = _first([case for f in found for case in _discrete(f, scope)])
+        return answer if _is_whole(answer, scope) else Undecided("a counter would have to be a fraction")
     except TooManyCasesError:
         return Undecided("the condition has too many cases")
 
@@ -100,13 +103,27 @@ def _mentions_only(e: Expr, names: set[str]) -> bool:
 
 
 def _discrete(case: Case, scope: Scope) -> list[Case]:
-    """The cases for each value of the enumeration and truth variables that occur."""
+    """The cases for each value of the enumeration and truth variables that occur; long counters stay."""
     names = sorted({n for q in case for n in q.poly.variables} & scope.vars.keys())
     choices = [(n, v) for n in names if (v := scope.values(scope.vars[n].type)) is not None]
-    if prod(len(v) for _, v in choices) > MAX_CHOICES:
+    short = [(n, v) for n, v in choices if len(v) <= MAX_VALUES]
+    if prod(len(v) for _, v in short) > MAX_CHOICES:
         raise TooManyCasesError
-    combinations = product(*(values for _, values in choices))
-    return [case + tuple(_equal(n, v) for (n, _), v in zip(choices, chosen, strict=True)) for chosen in combinations]
+    case += tuple(q for n, v in choices if len(v) > MAX_VALUES for q in _between(n, v[0], v[-1]))
+    combinations = product(*(values for _, values in short))
+    return [case + tuple(_equal(n, v) for (n, _), v in zip(short, chosen, strict=True)) for chosen in combinations]
+
+
+def _between(name: str, low: Fraction, high: Fraction) -> Case:
+    return Literal(constant(low) - variable(name), "<="), Literal(variable(name) - constant(high), "<=")
+
+
+def _is_whole(answer: Answer, scope: Scope) -> bool:
+    """Whether each counter at the point found has a value that counters have."""
+    if not isinstance(answer, Holds):
+        return True
+    counters = (n for n in answer.point if n in scope.vars and scope.vars[n].type != "real")
+    return all(answer.point[n].denominator == 1 for n in counters)
 
 
 def _equal(name: str, value: Fraction) -> Literal:
@@ -131,6 +148,8 @@ def _decide_case(case: Case) -> Answer:
     (case,) = split
     if any(PI in q.poly.variables for q in case):
         return _with_pi(case)
+    if len({v for q in case for v in q.poly.variables}) > MAX_UNKNOWNS:
+        return Undecided("the condition has too many unknowns")
     state = _substituted([Row(q.poly, q.relation, frozenset([k])) for k, q in enumerate(case)])
     point: dict[str, Fraction] = {}
     reasons: list[str] = []
@@ -180,6 +199,9 @@ def _with_pi(case: Case) -> Answer:
         at_bound = {PI: bound}
         answers.append(_decide_case(tuple(Literal(q.poly.fix(at_bound), q.relation, q.origin) for q in case)))
     first, second = answers
+    for answer in answers:
+        if isinstance(answer, Undecided):
+            return answer
     if isinstance(first, Holds) and isinstance(second, Holds):
         return Holds(first.point, first.is_exact and second.is_exact and _is_linear_beside_pi(case))
     if isinstance(first, Contradiction) and isinstance(second, Contradiction):

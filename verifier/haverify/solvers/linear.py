@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from haverify.maths.polynomial import Polynomial
 
-MAX_ROWS = 1500
+MAX_ROWS = 400
 
 
 @dataclass(frozen=True)

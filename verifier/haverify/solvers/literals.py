@@ -17,9 +17,9 @@ from haverify.model.expression import Expr, operands
 from haverify.model.hybrid import Range
 from haverify.solvers.frame import Frame
 
-MAX_CASES = 256
+MAX_CASES = 64
 MAX_POWER = 12
-MAX_MONOMIALS = 400
+MAX_MONOMIALS = 200
 STAND_IN = "?"  # starts the names of unknowns that stand for something else
 QUOTIENT = "/"  # starts the names of unknowns that are defined by an equation
 PI = "pi"
