@@ -35,6 +35,7 @@ class Decided:
     """Granted evidence by claim; `faults` are certificates refused and other failures of ours."""
 
     evidence: dict[str, Evidence] = field(default_factory=dict)
+    seconds: dict[str, tuple[float, float]] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     is_interrupted: bool = False
 
@@ -110,7 +111,7 @@ def _granted(
     grade: Trust,
     folder: ReportFolder,
 ) -> Decided:
-    decided = Decided(faults=list(solved.faults), is_interrupted=solved.is_interrupted)
+    decided = Decided({}, solved.seconds, list(solved.faults), solved.is_interrupted)
     for name in names:
         evidence = proposed.get(name) or _missing(solved)
         answer = answers.get(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -14,18 +15,28 @@ from haverify.evidence.evidence import Evidence
 from haverify.model.spec import Spec
 
 
+_USUAL = Fraction(60)  # the budget, in s, that stands for the usual amount of work: limits are work, not time
+
+
 @dataclass
 class Solved:
-    """Proposed evidence by claim. A claim without any was not reached, or made an analysis fail (`faults`)."""
+    """Proposed evidence by claim. A claim without any was not reached, or made an analysis fail (`faults`).
+
+    `seconds` are wall and CPU time; claims decided together share theirs evenly.
+    """
 
     evidence: dict[str, Evidence] = field(default_factory=dict)
+    seconds: dict[str, tuple[float, float]] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     is_interrupted: bool = False
 
     def and_then(self, later: Solved) -> Solved:
         """Both together."""
         return Solved(
-            self.evidence | later.evidence, self.faults + later.faults, self.is_interrupted or later.is_interrupted
+            self.evidence | later.evidence,
+            self.seconds | later.seconds,
+            self.faults + later.faults,
+            self.is_interrupted or later.is_interrupted,
         )
 
 
@@ -67,8 +78,11 @@ def _share(spec: Spec, names: list[str], budget: Fraction) -> Solved:
     """The evidence for some claims; when that fails, for each of them alone, so one failure costs one claim."""
     from haverify.analyses.portfolio import decide_all
 
+    wall, cpu = time.perf_counter(), time.process_time()
     try:
-        return Solved(decide_all(spec, names, budget))
+        evidence = decide_all(spec, names, budget / _USUAL)
+        each = (time.perf_counter() - wall) / len(names), (time.process_time() - cpu) / len(names)
+        return Solved(evidence, dict.fromkeys(names, each))
     except Exception as e:  # noqa: BLE001 - whatever an analysis raises is our fault and exit code 4
         if len(names) > 1:
             alone = (_share(spec, [name], budget) for name in names)

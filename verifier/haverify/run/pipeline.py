@@ -110,7 +110,7 @@ def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Op
     judged = {c.name: _with_entry(e, c, decided.evidence[c.name], judged[c.name]) for c in claims}
     problems = settle(d for j in judged.values() for d in j.problems)
     assembler = Assembler(e.spec, e.sources) if e.spec else None
-    entries = [_claim(assembler, c, decided.evidence[c.name], judged[c.name]) for c in claims] if assembler else []
+    entries = [_claim(assembler, c, decided, judged[c.name]) for c in claims] if assembler else []
     result = _report(e, entries, problems, decided, judged, core, options, started)
     _write(folder, result, claims, decided)
     if options.report is not None:
@@ -149,10 +149,12 @@ def _with_entry(e: Examined, claim: Claim, evidence: Evidence, j: gate.Judgement
     return replace(j, notes=(*j.notes, text + entry.rstrip()))
 
 
-def _claim(assembler: Assembler, claim: Claim, evidence: Evidence, judgement: gate.Judgement) -> report.Claim:
+def _claim(assembler: Assembler, claim: Claim, decided: Decided, judgement: gate.Judgement) -> report.Claim:
+    evidence = decided.evidence[claim.name]
+    wall, cpu = decided.seconds.get(claim.name, (0.0, 0.0))
     is_decided = evidence.certificate is not None and not isinstance(evidence.verdict, Unknown)
     certificate = certificate_file(claim.name) if is_decided else None
-    return assembler.claim(claim, evidence, judgement, certificate, (0.0, 0.0))
+    return assembler.claim(claim, evidence, judgement, certificate, (round(wall, 6), round(cpu, 6)))
 
 
 def _report(
