@@ -91,7 +91,7 @@ class Check:
         except (Refused, Unreadable, RecursionError, MemoryError, KeyError, IndexError, TypeError, ValueError,
                 AttributeError, ArithmeticError) as e:  # fmt: skip
             why = str(e) if isinstance(e, (Refused, Unreadable)) else f"malformed ({type(e).__name__})"
-            lower = said is not None and verdict in ("proved", "refuted") and said["trust"] in ("enclosed", "solver")
+            lower = said is None or (verdict in ("proved", "refuted") and said["trust"] in ("enclosed", "solver"))
             trusted = lower and isinstance(e, Beyond)
             return {"outcome": "beyond" if trusted else "refused", "reason": why[:300], "verdict": verdict}
         return self._compare(said, shown)
