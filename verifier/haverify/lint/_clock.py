@@ -12,6 +12,7 @@ from haverify.analyses.clocked import Cells, explore, moved
 from haverify.analyses.motion import Motion
 from haverify.lint._facts import Facts
 from haverify.lint._walk import stuck_states
+from haverify.maths import bernstein
 from haverify.maths.polynomial import Polynomial
 from haverify.maths.sturm import extremes
 from haverify.maths.univariate import integers
@@ -77,18 +78,43 @@ def polynomial(facts: Facts, automaton: HybridAutomaton, mode: Mode, e: Expr) ->
     return found[0][1] if len(found) == 1 and not found[0][0] else None
 
 
-def span_of(p: Polynomial, over: Interval) -> tuple[Q, Q] | None:
-    """Rationals around the exact least and greatest value of a polynomial in one variable on a bounded interval."""
-    if over.low is None or over.high is None or over.is_empty:
+@dataclass(frozen=True)
+class Curve:
+    """An output as a polynomial of one variable, on the values that the variable takes in a mode."""
+
+    poly: Polynomial
+    variable: str
+    over: Interval
+
+    @property
+    def ends(self) -> tuple[Q, Q]:
+        """The values at both ends."""
+        assert self.over.low is not None and self.over.high is not None
+        low, high = self.poly.value({self.variable: self.over.low}), self.poly.value({self.variable: self.over.high})
+        return min(low, high), max(low, high)
+
+    def bounds(self) -> tuple[Q, Q]:
+        """Numbers below and above all values, found cheaply."""
+        assert self.over.low is not None and self.over.high is not None
+        return bernstein.bounds(self.poly, {self.variable: (self.over.low, self.over.high)})
+
+    def extremes(self) -> tuple[Q, Q]:
+        """The least and greatest value: exact, or rationals just outside where they are none."""
+        assert self.over.low is not None and self.over.high is not None
+        whole, scale = integers(self.poly.univariate())
+        least, greatest = extremes(whole, self.over.low, self.over.high)
+        return least.low * scale, greatest.high * scale
+
+
+def curve(facts: Facts, automaton: HybridAutomaton, mode: Mode, e: Expr) -> Curve | None:
+    """An expression as a curve over the clock values of a mode that runs enter; None where it is none."""
+    cells = cells_of(facts, automaton)
+    p = polynomial(facts, automaton, mode, e) if cells is not None else None
+    if cells is None or p is None or len(p.variables) != 1 or p.variables[0] not in facts.scope(automaton).vars:
         return None
-    least, greatest = extremes(integers_of(p), over.low, over.high)
-    scale = integers(p.univariate())[1]
-    return least.low * scale, greatest.high * scale
-
-
-def integers_of(p: Polynomial) -> tuple[int, ...]:
-    """The polynomial's integer multiple."""
-    return integers(p.univariate())[0]
+    over = dwelling(cells, cells.model.index[mode.name], p.variables[0])
+    is_bounded = over is not None and over.low is not None and over.high is not None and not over.is_empty
+    return Curve(p, p.variables[0], over) if over is not None and is_bounded else None
 
 
 def locks(facts: Facts, automaton: HybridAutomaton) -> Iterator[Lock]:
