@@ -94,7 +94,7 @@ def explore(model: ClockModel, time: Q | None = None, jumps: int | None = None) 
         search.add(cell)
     search.run()
     _forget_covered(found)
-    found.trouble = found.trouble or _left_window(found)
+    found.trouble = found.trouble or left_window(found)
     return found
 
 
@@ -392,7 +392,7 @@ def landed(cell: Cell, out: Exit, model: ClockModel) -> Cell:
     return Cell(model.edge(out.edge).target, dict(out.after), out.sigma, jumps)
 
 
-def _left_window(found: Cells) -> tuple[str, str] | None:
+def left_window(found: Cells) -> tuple[str, str] | None:
     model = found.model
     for cell in found.cells:
         mode = model.mode(cell.mode)

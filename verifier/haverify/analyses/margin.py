@@ -114,8 +114,10 @@ def _halves(f: Formula, premise: Formula, part: Box, ranges: Ranges) -> list[Box
         for v in leaf.polynomial.variables:
             low, high = ranges.bounds(leaf.polynomial.derivative(v), part)
             weight[v] += max(abs(low), abs(high)) * (part[v][1] - part[v][0])
-    v = max(part, key=lambda name: (weight[name], name), default=None)
-    if v is None or part[v][0] == part[v][1]:
+    if not part:
+        return []
+    v = max(part, key=lambda name: (weight[name], name))
+    if part[v][0] == part[v][1]:
         return []
     middle = simple_between(*part[v])
     return [{**part, v: (part[v][0], middle)}, {**part, v: (middle, part[v][1])}]

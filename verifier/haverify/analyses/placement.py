@@ -66,8 +66,9 @@ def place(model: ClockModel, cell: Cell, out: Exit | None, extra: Mapping[str, t
     bounded = last is not None
     if last is None:
         last = first
+    axis: str | None
     axis, origin, slope = _axis(cell, slopes)
-    if first == last:
+    if first == last or axis is None:
         axis = None
         dwell = constant(first)
     else:

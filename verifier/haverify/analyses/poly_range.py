@@ -34,6 +34,7 @@ from haverify.obligations.formula import (
 Q = Fraction
 Box = Mapping[str, tuple[Q, Q]]
 ENOUGH = 4_000
+DEEPEST = 30  # splits and eliminations on one path of a tree
 
 
 @dataclass
@@ -104,9 +105,9 @@ def _scaled(e: sturm.Extreme, a: Q, b: Q) -> sturm.Extreme:
     return sturm.Extreme(min(ends), max(ends), e.at, e.exact)
 
 
-def prove(f: Formula, box: Box, ranges: Ranges, work: Work) -> Tree | None:
+def prove(f: Formula, box: Box, ranges: Ranges, work: Work, depth: int = DEEPEST) -> Tree | None:
     """A tree that shows `f` on the whole box, or None."""
-    if not work.spend(1 + sum(len(leaf.polynomial.terms) for leaf in literals(f)) // 8):
+    if depth == 0 or not work.spend(1 + sum(len(leaf.polynomial.terms) for leaf in literals(f)) // 8):
         return None
     known = truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box)))
     if known is not None:
@@ -118,20 +119,29 @@ def prove(f: Formula, box: Box, ranges: Ranges, work: Work) -> Tree | None:
         return None
     gone, rest = eliminated(f, names, box, ranges)
     if gone:
-        inner = prove(rest, box, ranges, work)
-        if inner is not None:
-            return ["e", gone, inner]
-    return _split(f, names, box, ranges, work)
+        inner = prove(rest, box, ranges, work, depth - 1)
+        if inner is not None or not _entangled(f, set(gone)):
+            return None if inner is None else ["e", gone, inner]
+    return _split(f, names, box, ranges, work, depth)
 
 
-def _split(f: Formula, names: list[str], box: Box, ranges: Ranges, work: Work) -> Tree | None:
+def _entangled(f: Formula, gone: set[str]) -> bool:
+    """Whether some alternatives share an eliminated variable: then their worst ends need not occur together."""
+    if not isinstance(f, Junction):
+        return False
+    if f.is_and:
+        return any(_entangled(m, gone) for m in f.members)
+    return sum(bool(variables(m) & gone) for m in f.members) > 1 or any(_entangled(m, gone) for m in f.members)
+
+
+def _split(f: Formula, names: list[str], box: Box, ranges: Ranges, work: Work, depth: int) -> Tree | None:
     v = _widest(f, names, box, ranges)
     low, high = box[v]
     middle = simple_between(low, high)
-    left = prove(f, {**box, v: (low, middle)}, ranges, work)
+    left = prove(f, {**box, v: (low, middle)}, ranges, work, depth - 1)
     if left is None:
         return None
-    right = prove(f, {**box, v: (middle, high)}, ranges, work)
+    right = prove(f, {**box, v: (middle, high)}, ranges, work, depth - 1)
     return None if right is None else ["s", v, middle, left, right]
 
 

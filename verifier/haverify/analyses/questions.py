@@ -35,6 +35,7 @@ class Setting:
     goal: Goal
     ranges: Ranges
     extra: Mapping[str, tuple[Q, Q]] = field(default_factory=dict)
+    hash: str | None = None  # of the goal, once it is known
 
     def time_limit(self) -> Q | None:
         """The last instant that the goal speaks of, in s; None for all time."""

@@ -40,8 +40,8 @@ def violating_run(
 ) -> Run | None:
     """A run to an instant at which one residual of the part is false, everything assumed holding on the way."""
     model = setting.model
-    for params in choices(model, wanted, _on_params(setting)):
-        explorer = explorers.get(params, time, setting.claim.jumps)
+    for params in choices(model, wanted, on_params(setting)):
+        explorer = explorers.get(params, time, _jump_limit(setting))
         found = _in_mode(setting, part, explorer) if part.kind == "dwell" else _at_edge(setting, part, explorer)
         for node, last in found:
             run = the_run(model, node, params, last)
@@ -50,7 +50,12 @@ def violating_run(
     return None
 
 
-def _on_params(setting: Setting) -> Formula:
+def _jump_limit(setting: Setting) -> int | None:
+    """`within K jumps` alone is a horizon; beside a time K only limits the analysis (S24)."""
+    return setting.claim.jumps if setting.time_limit() is None else None
+
+
+def on_params(setting: Setting) -> Formula:
     """The assumptions that speak of params alone."""
     scope = setting.model.timed_scope(0)
     assumed = (*setting.model.spec.assumptions, *setting.claim.assume)
@@ -92,6 +97,8 @@ def _bad_moment(setting: Setting, explorer: Explorer, node: Node, good: Formula)
     stay = explorer.motion.stay(node.state, explorer.view(node.state))
     if stay is None:
         return None
+    if explorer.jumps is not None and node.state.jumps == explorer.jumps:
+        stay = (Q(0), False)  # the claim ends with this jump
     return worst_moment(explorer.motion.along(good, node.state), Stretch(Q(0), stay[0], True, True), setting.ranges)
 
 
@@ -102,7 +109,7 @@ def _at_edge(setting: Setting, part: Part, explorer: Explorer) -> Iterator[tuple
     body = conjunction(landing.formula(r) for r in part.residuals)
     good = disjunction([negation(setting.timing()), body])
     for node in islice(explorer.in_mode(model.edge(part.edge).source), TRIES):
-        if setting.claim.jumps is None or node.state.jumps < setting.claim.jumps:
+        if explorer.jumps is None or node.state.jumps < explorer.jumps:
             for stretch in explorer.openings(node.state, part.edge):
                 for child in _bad_jumps(setting, explorer, node, part.edge, stretch, good):
                     yield child, Q(0)
@@ -127,8 +134,8 @@ def _bad_jumps(
 def meeting_run(setting: Setting, condition: Expr, explorers: Explorers, time: Q | None) -> Run | None:
     """A run to an instant at which the condition holds."""
     model = setting.model
-    for params in choices(model, {}, _on_params(setting)):
-        explorer = explorers.get(params, time, setting.claim.jumps)
+    for params in choices(model, {}, on_params(setting)):
+        explorer = explorers.get(params, time, _jump_limit(setting))
         for node in explorer.everywhere():
             for last in moments_met(setting, condition, explorer, node):
                 if keeps_assumptions(setting, explorer.motion, node, last):
@@ -171,8 +178,8 @@ def stuck_run(setting: Setting, mode: int, explorers: Explorers, time: Q | None)
     model = setting.model
     if model.mode(mode).terminal:
         return None
-    for params in choices(model, {}, _on_params(setting)):
-        explorer = explorers.get(params, time, setting.claim.jumps)
+    for params in choices(model, {}, on_params(setting)):
+        explorer = explorers.get(params, time, _jump_limit(setting))
         for node in islice(explorer.in_mode(mode), TRIES):
             end = stuck_after(explorer, node.state)
             if end is not None and keeps_assumptions(setting, explorer.motion, node, end):

@@ -36,7 +36,7 @@ class Hashes:
         params, assumptions = self.core["params"], self.core["assumptions"]
         value = {
             "automaton": automaton,
-            "constants": self.mentioned((automaton, params, assumptions)),
+            "constants": self.mentioned(automaton, frozenset(c.name for c in self.automaton.constants)),
             "params": params,
             "enums": self.core["enums"],
             "assumptions": assumptions,
@@ -53,16 +53,25 @@ class Hashes:
         """The hash of one part."""
         return digest(["haverify.obligation/1", self.model, goal, kind, where, output])
 
-    def mentioned(self, value: Json) -> list[Json]:
-        """The top-level constants that a JSON value mentions, transitively, in the order of the core."""
+    def mentioned(self, value: Json, hidden: frozenset[str] = frozenset()) -> list[Json]:
+        """The top-level constants that a JSON value mentions, transitively, in the order of the core.
+
+        A `hidden` name means something else in the value itself.
+        """
         found: set[str] = set()
-        queue = [n for n in _constant_names(value) if n in self.constants]
+        queue = [n for n in _constant_names(value) if n in self.constants and n not in hidden]
         while queue:
             name = queue.pop()
             if name not in found:
                 found.add(name)
                 queue += [n for n in _constant_names(self.constants[name]["value"]) if n in self.constants]
+        if len(found) < 8:
+            return sorted((self.constants[n] for n in found), key=lambda c: self._order[c["name"]])
         return [c for name, c in self.constants.items() if name in found]
+
+    @cached_property
+    def _order(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.constants)}
 
 
 def hashes(spec: Spec, automaton: HybridAutomaton, core: Mapping[str, Json] | None = None) -> Hashes:

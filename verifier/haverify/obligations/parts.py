@@ -146,6 +146,9 @@ def _concerned(grouped: Sequence[Group], automaton: HybridAutomaton, by_name: di
 def _part(group: Group, kind: str, where: str, edge: int | None, at: Situation) -> Iterator[Part]:
     residuals = tuple(residual(c, at) for c in group.conjuncts)
     if any(r.op != "true" for r in residuals):
+        if kind == "jump":  # what does not speak of jumps is a question of the mode that is entered
+            pairs = zip(group.conjuncts, residuals, strict=True)
+            residuals = tuple(r for c, r in pairs if any(n.op in JUMPY for n in nodes(c)))
         yield Part(kind, where, group.output, at.mode, edge, residuals)
 
 

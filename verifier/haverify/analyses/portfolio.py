@@ -1,0 +1,159 @@
+"""Who decides which claim: everything this version can decide is clock-driven; the rest is `unknown`, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from haverify.analyses.context import Context
+from haverify.analyses.goals import Answer, decide_always, decide_can_reach
+from haverify.analyses.inevitable import decide_reach
+from haverify.analyses.poly_range import ENOUGH, Work
+from haverify.analyses.questions import Setting
+from haverify.analyses.rounding import decide_rounding
+from haverify.analyses.sensitivity import with_sensitivities
+from haverify.evidence.certificate import certificate
+from haverify.evidence.evidence import Evidence
+from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.model.claim import Claim
+from haverify.model.expression import nodes
+from haverify.model.spec import Spec
+from haverify.obligations.translate import OutsideFragmentError
+
+METHOD = "clocked"
+OURS = frozenset({"clocked", "poly_range", "poly-range", "exact"})
+MISSING = {
+    "can_always": "`can always` needs a search over whole runs, which this version does not have",
+    "stl": "bounded STL needs monitoring over runs, which this version does not have",
+    "cycle": "`cycle through` needs a return map, which this version does not have",
+    "holds": "`holds` is about rules, fuzzy systems or params alone; this version decides claims about runs of automata",
+}
+
+
+@dataclass
+class Contexts:
+    """The contexts of a spec's automata, made when first asked for."""
+
+    spec: Spec
+    known: dict[str, Context] = field(default_factory=dict)
+    core: Any = None
+
+    def get(self, name: str) -> Context | None:
+        """The context of an automaton, None where the name is of something else."""
+        if name not in self.known:
+            automaton = next((a for a in self.spec.automata if a.name == name), None)
+            if automaton is None:
+                return None
+            self.known[name] = Context(self.spec, automaton, self._core())
+        return self.known[name]
+
+    def _core(self) -> Any:
+        from haverify.model.core import to_core
+
+        if self.core is None:
+            self.core = to_core(self.spec)
+        return self.core
+
+
+_LAST: list[Contexts] = []
+
+
+def contexts_of(spec: Spec) -> Contexts:
+    """The contexts of a spec; those of the spec asked for last are kept, because its claims come in shares."""
+    if not _LAST or _LAST[0].spec is not spec:
+        _LAST[:] = [Contexts(spec)]
+    return _LAST[0]
+
+
+def decide_all(spec: Spec, names: Iterable[str] | None = None, budget: Fraction | None = None) -> dict[str, Evidence]:
+    """What the analyses propose for the named claims (None: all); `budget` scales the work for each, 1 being usual."""
+    wanted = None if names is None else set(names)
+    contexts = contexts_of(spec)
+    units = max(1, int(ENOUGH * (budget if budget is not None else Fraction(1))))
+    return {c.name: decide(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
+
+
+def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
+    """What the analyses propose for one claim."""
+    contexts = contexts or contexts_of(spec)
+    missing = _missing(spec, claim)
+    if missing is not None:
+        return Evidence(Unknown("fragment", missing), (), METHOD)
+    context = contexts.get(claim.on or "")
+    assert context is not None, "claims about no automaton are sorted out before"
+    try:
+        return _decide(context, claim, units)
+    except OutsideFragmentError as e:
+        return Evidence(Unknown("fragment", str(e)), (), METHOD)
+
+
+def _missing(spec: Spec, claim: Claim) -> str | None:
+    """What a claim asks for that no analysis here does."""
+    kinds = [g.kind for g in claim.goals if g.kind in MISSING]
+    if kinds:
+        return MISSING[kinds[0]]
+    if claim.on is None or all(a.name != claim.on for a in spec.automata):
+        named = f"`{claim.on}` is no automaton" if claim.on else "the claim names no automaton"
+        return f"{named}: systems, rules and fuzzy controllers are not decided in this version"
+    if claim.which:
+        return "`for which` needs a split of the params' range, which this version does not have"
+    if claim.method is not None and claim.method[0] not in OURS:
+        return f"`method {claim.method[0]}` is not in this version; without it the exact analysis of clocks is used"
+    return None
+
+
+def _decide(context: Context, claim: Claim, units: int) -> Evidence:
+    answers: list[Answer] = []
+    settings: list[Setting] = []
+    for number, goal in enumerate(claim.goals):
+        setting = Setting(context.model, claim, goal, context.ranges)
+        settings.append(setting)
+        answers.append(_goal(context, setting, number, Work(units)))
+    verdict = _combined(claim, answers)
+    parts = tuple(with_sensitivities(context, settings, answers, isinstance(verdict, Refuted)))
+    notes = tuple(n for a in answers for n in a.notes)
+    if isinstance(verdict, Unknown):
+        return Evidence(verdict, parts, METHOD, notes=notes)
+    word = "proved" if isinstance(verdict, Proved) else "refuted"
+    second, rounding = decide_rounding(context, settings, answers, word, units)
+    entries = [a.entry for a in answers]
+    cells = {k: v for a in answers for k, v in a.cells.items()}
+    run = min((a.run for a in answers if a.run is not None), key=lambda r: len(r.steps), default=None)
+    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, second), cells, rounding, run, notes)
+
+
+def _goal(context: Context, setting: Setting, number: int, work: Work) -> Answer:
+    if any(n.op == "stuck" for n in nodes(setting.goal.condition)) and not _is_stuck_goal(setting):
+        raise OutsideFragmentError("`stuck` inside a larger condition; `never stuck` and `can reach stuck` are decided")
+    if setting.goal.kind == "always":
+        return decide_always(context, setting, number, work)
+    if setting.goal.kind == "can_reach":
+        return decide_can_reach(context, setting, number, work)
+    return decide_reach(context, setting, number, work)
+
+
+def _is_stuck_goal(setting: Setting) -> bool:
+    e = setting.goal.condition
+    if setting.goal.kind == "always":
+        return e.op == "not" and e.children[0].op == "stuck"
+    return setting.goal.kind == "can_reach" and e.op == "stuck"
+
+
+def _combined(claim: Claim, answers: list[Answer]) -> Verdict:
+    """Goals are a conjunction: refuted if one is, proved if all are (LANGUAGE S26)."""
+    margins = [a.margin for a in answers if a.margin is not None]
+    worst = min(margins, key=lambda m: m.low, default=None)
+    if any(a.verdict == "refuted" for a in answers):
+        return Refuted(min((a.margin for a in answers if a.margin and a.verdict == "refuted"), key=lambda m: m.low, default=None))
+    open_ = next((a for a in answers if a.verdict == "unknown"), None)
+    if open_ is not None:
+        return open_.unknown or Unknown("budget", "not decided")
+    if claim.inductive:
+        return Unknown(
+            "fragment",
+            "true on all runs, but whether it is inductive (LANGUAGE S22) is not decided in this version",
+            next_step="leave out `inductive`",
+        )
+    return Proved(worst)
