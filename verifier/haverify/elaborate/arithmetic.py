@@ -184,7 +184,7 @@ def compare(op: str, a: Expr, b: Expr, span: Span | None) -> Expr:
     x, y = literal(a), literal(b)
     if x is not None and y is not None:
         return truth(_COMPARE[op](x, y), span)
-    if a.op == "sym" and b.op == "sym" or a.op in _TRUTHS and b.op in _TRUTHS:
+    if (a.op == "sym" and b.op == "sym") or (a.op in _TRUTHS and b.op in _TRUTHS):
         return truth((a == b) == (op == "=="), span)
     return Expr(op, (a, b), None, span)
 

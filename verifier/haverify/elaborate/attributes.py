@@ -13,8 +13,7 @@ def allowances(item: t.Item) -> Iterator[Allowed]:
     for attribute in item.attributes:
         if attribute.name == "allow":
             yield from _allowed(attribute, item)
-    members = getattr(item.body, "members", None) or getattr(item.body, "lines", ())
-    for member in members:
+    for member in (*getattr(item.body, "members", ()), *getattr(item.body, "lines", ())):
         if isinstance(member, t.Item):
             yield from allowances(member)
 

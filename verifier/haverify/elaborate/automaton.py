@@ -9,7 +9,8 @@ from typing import Any
 
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.context import Context, Lost, NeedsMode
-from haverify.elaborate.declare import Entries, constant, enum_with, declare, function, input_, param, variable
+from haverify.elaborate.declare import Entries, constant, declare, enum_with, function, input_, param, variable
+from haverify.elaborate.definedness import check_automaton, missing_outputs
 from haverify.elaborate.expressions import Env, boolean, family_enum, of_type, range_in
 from haverify.elaborate.outputs import ModeScope, bound_output, enter_lets
 from haverify.elaborate.paths import edges_at, target_mode
@@ -19,7 +20,6 @@ from haverify.elaborate.schedule import Slot, edge_name, slots
 from haverify.elaborate.scope import Members, Scope, Symbol
 from haverify.model.expression import TRUE, Expr
 from haverify.model.hybrid import (
-    Assign,
     Constant,
     Edge,
     FlowLine,
@@ -46,6 +46,7 @@ class Machine:
     model: Any = None
     invariants: list[t.Item] = field(default_factory=list)
     base: Any = None
+    missing: dict[str, frozenset[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,9 @@ class _Work:
         return (i.body for i in self.items if isinstance(i.body, kind))
 
 
-def elaborate_automaton(env: Env, name: str, items: Sequence[t.Item], doc: str, span: Any, given: Given = ()) -> Machine:
+def elaborate_automaton(
+    env: Env, name: str, items: Sequence[t.Item], doc: str, span: Any, given: Given = ()
+) -> Machine:
     """The automaton `name`; `given` are declarations that replace those of the same name, with where they stand."""
     scope = Scope(f"automaton {name}", env.scope, is_machine=True)
     machine = Machine(name, scope)
@@ -119,12 +122,12 @@ def _enter_given(work: _Work, given: Given) -> None:
 
 def _declare_all(work: _Work, items: Sequence[t.Item]) -> None:
     for item in items:
-        _guarded(work, lambda item=item: declare_member(work.entries, item))  # type: ignore[misc]
+        _guarded(work, lambda item=item: declare_member(work.entries, item))
     for sample in work.bodies(t.Sample):
-        _guarded(work, lambda sample=sample: work.clocks.append(clock_of(work.entries, sample)))  # type: ignore[misc]
+        _guarded(work, lambda sample=sample: work.clocks.append(clock_of(work.entries, sample)))
     for item in items:
         if isinstance(item.body, t.Mode):
-            _guarded(work, lambda item=item: _enter_mode(work, item.body))  # type: ignore[misc]
+            _guarded(work, lambda item=item: _enter_mode(work, item.body))
     _name_modes(work)
     enter_lets(work.lets, items, work.machine.modes)
     _enter_edges(work, items)
@@ -168,7 +171,9 @@ def _enter_mode(work: _Work, decl: t.Mode) -> None:
     if head.family is None and head.index is None:
         symbol = Symbol("mode", head.name, head.span)
         if work.ctx.define(scope.modes, head.name, symbol, "mode"):
-            work.machine.modes.append(ModeScope(head.name, decl, Scope(scope.label, scope, is_local=True), span=head.span))
+            work.machine.modes.append(
+                ModeScope(head.name, decl, Scope(scope.label, scope, is_local=True), span=head.span)
+            )
         else:
             work.is_good = False
         return
@@ -179,7 +184,9 @@ def _enter_mode(work: _Work, decl: t.Mode) -> None:
         if head.family is not None:
             local = scope.bind({head.family.name: work.ctx.value(enum, value)})
             _enter_parameter(work, head.family, enum)
-        mode = ModeScope(f"{head.name}[{value}]", decl, local, head.family.name if head.family else None, span=head.span)
+        mode = ModeScope(
+            f"{head.name}[{value}]", decl, local, head.family.name if head.family else None, span=head.span
+        )
         members.by_value[value] = Symbol("mode", mode.name, head.span)
         work.machine.modes.append(mode)
 
@@ -232,9 +239,14 @@ def _enter_edges(work: _Work, items: Sequence[t.Item]) -> None:
         if slot.edge is not None:
             work.machine.scope.edges.setdefault(slot.edge.name, Symbol("edge", slot.edge.name, slot.edge.span))
     heads = [e.declared for e in work.bodies(t.Edge) if e.declared]
-    heads += [i.body.declared for m in work.bodies(t.Mode) for i in m.members if isinstance(i.body, t.Edge) and i.body.declared]
+    heads += [
+        i.body.declared
+        for m in work.bodies(t.Mode)
+        for i in m.members
+        if isinstance(i.body, t.Edge) and i.body.declared
+    ]
     for head in heads:
-        _guarded(work, lambda head=head: _enter_edge(work, head))  # type: ignore[misc]
+        _guarded(work, lambda head=head: _enter_edge(work, head))
     for clock in work.clocks:
         work.machine.scope.edges.setdefault(clock.name, Symbol("edge", clock.name, clock.span))
 
@@ -256,7 +268,7 @@ def _enter_edge(work: _Work, head: t.Declared) -> None:
 
 def _edges(work: _Work) -> Iterator[Edge]:
     """All edges in the order of the text; samples come last."""
-    schedules = [s for s in work.bodies(t.Schedule)]
+    schedules = list(work.bodies(t.Schedule))
     for item in work.items:
         body = item.body
         if isinstance(body, t.Mode):
@@ -385,12 +397,16 @@ def _mode(work: _Work, mode: ModeScope, defaults: _Defaults, variables: Sequence
     return Mode(mode.name, A.every(domain, mode.span), flow, _mode_lets(work, mode), terminal, mode.decl.span)
 
 
-def _complete(work: _Work, mode: ModeScope, own: dict[str, FlowLine], variables: Sequence[Variable]) -> tuple[FlowLine, ...]:
+def _complete(
+    work: _Work, mode: ModeScope, own: dict[str, FlowLine], variables: Sequence[Variable]
+) -> tuple[FlowLine, ...]:
     missing = [v.name for v in variables if v.type == "real" and v.name not in own]
     if missing and work.is_good:
         names = ", ".join(f"'{m}'" for m in missing)
         zero = "; ".join(f"{m}' = 0{_rate_unit(variables, m)}" for m in missing)
-        work.ctx.report("HA007", f"mode {mode.name} gives no flow for {names}", mode.span, help=f"write `{zero}` if constant")
+        work.ctx.report(
+            "HA007", f"mode {mode.name} gives no flow for {names}", mode.span, help=f"write `{zero}` if constant"
+        )
         work.has_flows = False
     return tuple(own[v.name] for v in variables if v.name in own)
 
@@ -445,7 +461,7 @@ def priorities_of(env: Env, priority: t.Priority) -> Iterator[Priority]:
 def _model(work: _Work, doc: str, span: Any) -> HybridAutomaton | None:
     work.is_good = work.entries.settle() and work.is_good
     _guarded(work, lambda: work.lets.settle())
-    variables = [m for m in work.entries.of(Variable)]
+    variables: list[Variable] = list(work.entries.of(Variable))
     starts = tuple(_starts(work))
     defaults = _Defaults(work)
     modes = tuple(_mode(work, m, defaults, variables) for m in work.machine.modes)
@@ -457,10 +473,9 @@ def _model(work: _Work, doc: str, span: Any) -> HybridAutomaton | None:
     if not (work.is_good and work.has_flows):
         return None
     of = work.entries.of
-    return HybridAutomaton(
+    made = HybridAutomaton(
         work.machine.name, of(Constant), of(Param), of(Input), tuple(variables), work.lets.of(Output), starts, modes,
         edges, priorities, doc, span,
     )  # fmt: skip
-
-
-__all__ = ["Assign", "Machine", "declare_member", "elaborate_automaton", "priorities_of"]
+    work.machine.missing = missing_outputs(made)
+    return made if not work.machine.missing or check_automaton(work.ctx, made) else None

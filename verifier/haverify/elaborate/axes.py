@@ -6,10 +6,10 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.elaborate.calls import declared_type
-from haverify.elaborate.csv import CsvRow, read_csv
+from haverify.elaborate.csv import CsvRow, read_csv, shown_path
 from haverify.elaborate.expressions import Env
 from haverify.elaborate.scope import Scope, Symbol
-from haverify.elaborate.tables import Reading, _Shape, _column_shape, _header, _position, cell_number
+from haverify.elaborate.tables import Reading, _column_shape, _header, _position, _Shape, cell_number
 from haverify.model.tables import DataTable
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t
@@ -26,7 +26,9 @@ class Data:
 
 def read_axes(env: Env, made: list[Any], decl: t.Table, symbol: Symbol, source: Source) -> None:
     """Make `symbol` the function table of the file."""
-    reading = Reading(env, made, decl, source, symbol.name, (), read_csv(source), decl.path)
+    reading = Reading(
+        env, made, decl, source, symbol.name, (), read_csv(source), shown_path(env.ctx, source, decl.path)
+    )
     header = _header(reading)
     axes = tuple((line.name, _unit(env, line)) for line in reading.lines("axis"))
     if len(axes) > 2:
@@ -51,7 +53,11 @@ def _unit(env: Env, line: t.TableLine) -> Unit | None:
 
 def _row(reading: Reading, positions: list[int], shape: _Shape, row: CsvRow) -> tuple[Fraction, ...]:
     axes = [cell_number(reading, row, p, str(p + 1)) for p in positions]
-    return (*axes, *(cell_number(reading, row, c.position, c.name) for c in shape.columns), *_halves(reading, shape, row))
+    return (
+        *axes,
+        *(cell_number(reading, row, c.position, c.name) for c in shape.columns),
+        *_halves(reading, shape, row),
+    )
 
 
 def _halves(reading: Reading, shape: _Shape, row: CsvRow) -> list[Fraction]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.expressions import (
@@ -17,7 +18,6 @@ from haverify.elaborate.expressions import (
     of_type,
     real,
     source_name,
-    type_phrase,
     typed,
 )
 from haverify.elaborate.scope import Cases, Row, Scope, Symbol, Typed
@@ -32,8 +32,10 @@ _APPLIED = ("column", "net", "fuzzyout", "relation", "cellword", "fuzzyword")
 _ANGLE = ("sin", "cos", "tan")
 _INVERSE = ("asin", "acos", "atan")
 _PLAIN = ("sinh", "cosh", "tanh", "exp", "log")
-_BUILTIN = (*_ANGLE, *_INVERSE, *_PLAIN, "atan2", "abs", "sqrt", "min", "max", "clamp", "sum", "all", "any", "at", "jump",
-            "pre", "der", "defined", "unique_rule", "related", "covered", "max_firing", "strength", "next")  # fmt: skip
+_BUILTIN = (
+    *_ANGLE, *_INVERSE, *_PLAIN, "atan2", "abs", "sqrt", "min", "max", "clamp", "sum", "all", "any", "at", "jump",
+    "pre", "der", "defined", "unique_rule", "related", "covered", "max_firing", "strength", "next",
+)  # fmt: skip
 
 
 def call(env: Env, node: t.Call, expect: str | None) -> Found:
@@ -62,7 +64,7 @@ def _call_of(env: Env, callee: Found, node: t.Call) -> Found:
 def arguments(env: Env, node: t.Call, count: int | None, name: str) -> list[t.Expr]:
     """The positional arguments; their number is checked where `count` is given."""
     found = [a.value for a in node.arguments if a.name is None and a.family is None]
-    if len(found) != len(node.arguments) or count is not None and len(found) != count:
+    if len(found) != len(node.arguments) or (count is not None and len(found) != count):
         few = f"{count} argument" + ("" if count == 1 else "s")
         env.ctx.fail("HA105", f"{name}() takes {few if count is not None else 'plain arguments'}", node.span)
     return found
@@ -195,7 +197,7 @@ def _sqrt(env: Env, node: t.Call) -> Typed:
     if unit is not None and any(n % 2 for _, n in unit.factors):
         unit = coherent(unit)
         e = to_unit(env.ctx, e, unit, "", node.span)
-    half = power(unit, A.Fraction(1, 2)) if unit is not None else None
+    half = power(unit, Fraction(1, 2)) if unit is not None else None
     return Typed(Expr("sqrt", (e,), half, node.span), "real")
 
 
@@ -219,7 +221,9 @@ def _same_unit(env: Env, node: t.Call, name: str) -> Typed:
     if not given:
         env.ctx.fail("HA105", f"{name}() takes at least one argument", node.span)
     values = [real(env, a) for a in given]
-    rest = [to_unit(env.ctx, e, values[0].unit, f"{name}()", a.span) for e, a in zip(values[1:], given[1:], strict=True)]
+    rest = [
+        to_unit(env.ctx, e, values[0].unit, f"{name}()", a.span) for e, a in zip(values[1:], given[1:], strict=True)
+    ]
     return Typed(_one_of(name, [values[0], *rest], node.span), "real")
 
 
@@ -290,5 +294,3 @@ _SPECIAL: dict[str, Callable[[Env, t.Call], Typed]] = {
     "abs": _abs, "sqrt": _sqrt, "atan2": _atan2, "clamp": _clamp, "min": _extreme("min"), "max": _extreme("max"),
     "at": _at, "jump": _jump, "pre": _pre, "der": _der,
 }  # fmt: skip
-
-__all__ = ["arguments", "call", "declared_type", "type_phrase"]

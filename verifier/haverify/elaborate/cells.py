@@ -26,7 +26,7 @@ class CellSet:
 
 def codes(enum: EnumType) -> dict[str, str]:
     """The bits of each value: as written, numbers in binary, positions where nothing is written."""
-    given = {v: c for v, c in zip(enum.values, enum.codes, strict=True)}
+    given = dict(zip(enum.values, enum.codes, strict=True))
     numbers = {v: _number(c, k) for k, (v, c) in enumerate(given.items())}
     written = [len(c) - 2 for c in given.values() if c is not None and c.startswith("0b")]
     width = max(written or [max(numbers.values()).bit_length() or 1])

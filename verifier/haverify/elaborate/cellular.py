@@ -55,6 +55,7 @@ def _enum(env: Env, name: str, line: t.CellLine) -> EnumType:
     if symbol is None or symbol.kind != "enum":
         env.ctx.unknown("enumeration", name, "", line.span, env.ctx.enums)
     enum: EnumType = env.ctx.use(symbol, line.span).payload
+    env.ctx.used_enums.add(enum.name)
     return enum
 
 

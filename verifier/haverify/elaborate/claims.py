@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -12,14 +13,15 @@ from haverify.elaborate import arithmetic as A
 from haverify.elaborate.attributes import allowed_codes
 from haverify.elaborate.automaton import Machine
 from haverify.elaborate.context import Context, Lost, NeedsMode
-from haverify.elaborate.expressions import Env, boolean, denote, range_in, real, seconds, source_name, typed
+from haverify.elaborate.definedness import check_claim
+from haverify.elaborate.expressions import Env, boolean, denote, range_in, real, seconds, source_name
 from haverify.elaborate.file import FileScope
 from haverify.elaborate.paths import target_mode
 from haverify.elaborate.resets import bound_text, placed
 from haverify.elaborate.scope import Scope, Symbol, Typed
 from haverify.elaborate.values import exact_value
 from haverify.model.claim import Claim, Expectation, Goal
-from haverify.model.expression import TRUE, Expr
+from haverify.model.expression import Expr
 from haverify.model.hybrid import Range
 from haverify.syntax import tree as t
 from haverify.text.span import Span
@@ -94,6 +96,9 @@ def _one(
         place = _claim_env(env, symbol, decl)
         made = _property(place, item, decl, name, symbol) if isinstance(decl, t.Property) else _invariant(
             place, item, decl, name, symbol)  # fmt: skip
+        missing = getattr(symbol.payload, "missing", None) if symbol is not None else None
+        if missing and not check_claim(work.ctx, [g.condition for g in made.goals], missing):
+            raise Lost
         work.claims.append(made)
     except NeedsMode as need:
         told = f"'{need.symbol.name}' has a value only in a comparison of a claim, or inside a mode"
@@ -101,7 +106,8 @@ def _one(
         work.lost.append((name, decl.declared.span, told))
     except Lost:
         new = work.ctx.diagnostics[before:]
-        reason = new[0].message if new else _blame(env, decl)
+        same = (r for _, span, r in reversed(work.lost) if span == decl.declared.span)
+        reason = new[0].message if new else next(same, _blame(env, decl))
         work.lost.append((name, decl.declared.span, reason))
 
 
@@ -165,7 +171,9 @@ def _property(env: Env, item: t.Item, decl: t.Property, name: str, symbol: Symbo
     assume = tuple(boolean(env, a.condition) for a in _lines(decl, t.Assume))
     goals = tuple(_goal(env, g) for g in _lines(decl, t.Goal))
     if not goals:
-        env.ctx.fail("HA105", f"property {name} claims nothing: a goal such as `always ...` is missing", decl.declared.span)
+        env.ctx.fail(
+            "HA105", f"property {name} claims nothing: a goal such as `always ...` is missing", decl.declared.span
+        )
     time, jumps = _horizon(env, list(_lines(decl, t.Horizon)))
     which = tuple(_which(env, w) for w in _lines(decl, t.Which))
     using = tuple(n.id for u in _lines(decl, t.Using) for n in u.names)
@@ -260,36 +268,41 @@ def _invariant(env: Env, item: t.Item, decl: t.Invariant, name: str, symbol: Sym
 
 
 def _check_using(work: _Claims, root: FileScope) -> None:
-    """`using` names invariants, each in no circle; else HA608."""
-    kinds = {c.name: c for c in work.claims}
-    lost = {n for n, _, _ in work.lost}
-    for item in root.tree.items:
-        if not isinstance(item.body, t.Property):
-            continue
-        for line in _lines(item.body, t.Using):
-            for name in line.names:
-                _check_one(work, name, kinds, lost, item.body)
+    """`using` names invariants; else HA608. The name of a family stands for all its members."""
+    kinds = {c.name: c.kind for c in work.claims}
+    members: dict[str, list[str]] = {}
+    for claim in work.claims:
+        members.setdefault(claim.name.split("[")[0], []).append(claim.name)
+    spans = _using_spans(root)
+    kept = []
+    for claim in work.claims:
+        names = tuple(m for n in claim.using for m in ([n] if n in kinds else members.get(n, [n])))
+        bad = next((n for n in names if kinds.get(n) != "invariant"), None)
+        if bad is None:
+            kept.append(claim if names == claim.using else replace(claim, using=names))
+        else:
+            _blame_using(work, claim, bad, kinds, spans)
+    work.claims = kept
 
 
-def _check_one(work: _Claims, name: t.Name, kinds: dict[str, Claim], lost: set[str], decl: t.Property) -> None:
-    claim = kinds.get(name.id)
-    if claim is not None and claim.kind == "invariant":
-        return
-    if claim is not None:
-        work.ctx.report("HA608", f"'{name.id}' is a property; `using` takes invariants", name.span)
-    elif name.id not in lost and f"{name.id}[" not in {n.split("[")[0] + "[" for n in kinds}:
-        try:
-            work.ctx.unknown("invariant", name.id, "", name.span, [n for n, c in kinds.items() if c.kind == "invariant"])
-        except Lost:
-            pass
-    _lose(work, decl, f"it uses '{name.id}', which is no invariant of this file")
+def _using_spans(root: FileScope) -> dict[tuple[Span, str], Span]:
+    """Where each property names what it uses."""
+    return {
+        (item.body.declared.span, name.id): name.span
+        for item in root.tree.items if isinstance(item.body, t.Property)
+        for line in _lines(item.body, t.Using) for name in line.names
+    }  # fmt: skip
 
 
-def _lose(work: _Claims, decl: t.Property, reason: str) -> None:
-    mine = [c for c in work.claims if c.span == decl.declared.span]
-    for claim in mine:
-        work.claims.remove(claim)
-        work.lost.append((claim.name, decl.declared.span, reason))
-
-
-__all__ = ["LostClaim", "TRUE", "elaborate_claims", "typed"]
+def _blame_using(
+    work: _Claims, claim: Claim, bad: str, kinds: dict[str, str], spans: dict[tuple[Span, str], Span]
+) -> None:
+    assert claim.span is not None
+    span = spans.get((claim.span, bad), claim.span)
+    reported = any(d.span == span for d in work.ctx.diagnostics)
+    if bad in kinds and not reported:
+        work.ctx.report("HA608", f"'{bad}' is a property; `using` takes invariants", span)
+    elif bad not in {n for n, _, _ in work.lost} and not reported:
+        with suppress(Lost):
+            work.ctx.unknown("invariant", bad, "", span, [n for n, k in kinds.items() if k == "invariant"])
+    work.lost.append((claim.name, claim.span, f"it uses '{bad}', which is no invariant of this file"))

@@ -30,10 +30,12 @@ class NeedsMode(Exception):
 class Context:
     """The state of one elaboration. `unitless` is that of the root file."""
 
-    def __init__(self, files: Files, unitless: bool) -> None:
+    def __init__(self, files: Files, root: str, unitless: bool) -> None:
         self.files = files
+        self.root = root
         self.unitless = unitless
         self.diagnostics: list[Diagnostic] = []
+        self._reported: set[tuple[str, str, Span | None]] = set()
         self.own_units: tuple[NamedUnit, ...] = ()
         self.unit_defs: list[UnitDef] = []
         self.enums: dict[str, EnumType] = {}
@@ -44,6 +46,7 @@ class Context:
         self.taken: set[str] = set()
         self.one: Unit | None = None if unitless else ONE
         self.used_values: set[tuple[str, str]] = set()
+        self.used_enums: set[str] = set()
 
     # ---- findings
 
@@ -51,12 +54,17 @@ class Context:
         self, code: str, message: str, span: Span | None, *, label: str = "", labels: Iterable[Label] = (),
         notes: Iterable[str] = (), help: str | None = None, fix: Fix | None = None, severity: Severity | None = None,
     ) -> None:  # fmt: skip
-        """Add a finding."""
+        """Add a finding; the same one at the same place counts once."""
         found = Diagnostic(code, message, span, label, tuple(labels), tuple(notes), help, fix, severity=severity)
-        self.diagnostics.append(found)
+        key = (code, message, span)
+        if key not in self._reported:
+            self._reported.add(key)
+            self.diagnostics.append(found)
 
-    def fail(self, code: str, message: str, span: Span | None, label: str = "", help: str | None = None,
-             labels: Iterable[Label] = (), fix: Fix | None = None, severity: Severity | None = None) -> NoReturn:  # fmt: skip
+    def fail(
+        self, code: str, message: str, span: Span | None, label: str = "", help: str | None = None,
+        labels: Iterable[Label] = (), fix: Fix | None = None, severity: Severity | None = None,
+    ) -> NoReturn:  # fmt: skip
         """Add a finding and give up the element it is about."""
         self.report(code, message, span, label=label, help=help, labels=labels, fix=fix, severity=severity)
         raise Lost
@@ -147,7 +155,7 @@ class Context:
 
     def is_number(self, type_: str) -> bool:
         """Whether values of the type are numbers."""
-        return type_ == "real" or type_ in self.enums and self.enums[type_].low is not None
+        return type_ == "real" or (type_ in self.enums and self.enums[type_].low is not None)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

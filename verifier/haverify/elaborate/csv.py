@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import posixpath
 from typing import NamedTuple
 
+from haverify.elaborate.context import Context
 from haverify.text.source import Source
 from haverify.text.span import Span
 
@@ -21,6 +23,14 @@ class CsvRow(NamedTuple):
 
     line: int
     cells: list[CsvCell]
+
+
+def shown_path(ctx: Context, source: Source, written: str) -> str:
+    """The path of a data file relative to the root spec."""
+    folder = posixpath.dirname(ctx.root)
+    if not source.path.startswith(folder):
+        return written
+    return posixpath.relpath(source.path, folder or ".")
 
 
 def read_csv(source: Source) -> list[CsvRow]:

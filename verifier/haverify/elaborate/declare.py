@@ -8,11 +8,9 @@ from typing import Any
 
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.expressions import Env, family_enum, interval, of_type, range_in, seconds, typed
-from haverify.elaborate.scope import Members, Symbol, Typed
-from haverify.elaborate.units import to_unit
-from haverify.maths.exact import parse_decimal
+from haverify.elaborate.scope import Members, Symbol
 from haverify.model.expression import Expr
-from haverify.model.hybrid import Constant, Input, Param, Range, Variable
+from haverify.model.hybrid import Constant, Input, Param, Variable
 from haverify.model.spec import EnumType
 from haverify.model.unit import SECOND, Unit
 from haverify.syntax import tree as t
@@ -52,7 +50,9 @@ class Entries:
 Make = Callable[[Env, Symbol], Any]
 
 
-def declare(entries: Entries, declared: t.Declared, kind: str, make: Make, table: dict[str, Symbol] | None = None) -> None:
+def declare(
+    entries: Entries, declared: t.Declared, kind: str, make: Make, table: dict[str, Symbol] | None = None
+) -> None:
     """Enter a declared name, or all members of its family; `make` gives the model of one."""
     env = entries.env
     table = env.scope.names if table is None else table
@@ -119,7 +119,6 @@ def _places(env: Env, declared: t.Declared, enum: EnumType) -> Iterator[tuple[st
         yield declared.index, env
         return
     for value in enum.values:
-        env.ctx.used_values.add((enum.name, value))
         yield value, env.bind(**{declared.family.name: env.ctx.value(enum, value)})
 
 
@@ -144,7 +143,7 @@ def constant(item: t.Item, decl: t.Const) -> Make:
 def _is_set(node: t.Expr) -> bool:
     while type(node) is t.Paren:
         node = node.inner
-    return isinstance(node, t.Interval) or isinstance(node, t.Binary) and node.op == "+-"
+    return isinstance(node, t.Interval) or (isinstance(node, t.Binary) and node.op == "+-")
 
 
 def _set_constant(env: Env, symbol: Symbol, decl: t.Const) -> Constant:
@@ -152,7 +151,7 @@ def _set_constant(env: Env, symbol: Symbol, decl: t.Const) -> Constant:
     unit = found.unit
     bounds = found.range
     if decl.type is not None:
-        type_, unit = declared_type(env, decl.type)
+        unit = declared_type(env, decl.type)[1]
         bounds = range_in(env, decl.value, unit, f"const {symbol.name}")
     symbol.kind, symbol.unit, symbol.payload = "set", unit, bounds
     return Constant(symbol.name, "real", unit, bounds, None, decl.span)
@@ -233,6 +232,3 @@ def function(entries: Entries, decl: t.Function) -> None:
     scope = entries.env.scope
     symbol = Symbol("fn", decl.name, decl.span, payload=(decl, scope, False))
     entries.env.ctx.define(scope.names, decl.name, symbol, "function")
-
-
-__all__ = ["Entries", "Range", "Typed", "constant", "declare", "function", "input_", "param", "parse_decimal", "to_unit", "variable"]

@@ -8,9 +8,10 @@ from haverify.elaborate.context import Context
 from haverify.elaborate.deep import deep_recursion
 from haverify.elaborate.file import elaborate_files
 from haverify.elaborate.files import Files
-from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
+from haverify.elaborate.unused import unused
 from haverify.model.cellular import CellularAutomaton, Relation
 from haverify.model.fuzzy import FuzzyController
+from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
 from haverify.model.spec import Spec
 from haverify.model.system import System
 from haverify.model.tables import DataTable, Network
@@ -31,9 +32,11 @@ def elaborate(tree: t.Tree, files: Files) -> tuple[Spec | None, list[Diagnostic]
 
 def _elaborate(tree: t.Tree, files: Files) -> tuple[Spec, list[Diagnostic]]:
     header = next((i.body for i in tree.items if isinstance(i.body, t.SpecHeader)), None)
-    ctx = Context(files, header is not None and header.unitless)
+    ctx = Context(files, tree.path, header is not None and header.unitless)
     scopes = elaborate_files(ctx, tree)
     claims, lost = elaborate_claims(ctx, scopes)
+    if not any(d.code not in ("HA203", "HA215") for d in ctx.diagnostics):
+        ctx.diagnostics += unused(ctx, scopes)
 
     def of(kind: type) -> tuple[object, ...]:
         return tuple(m for s in scopes for m in s.entries.of(kind))

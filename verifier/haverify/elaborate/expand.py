@@ -13,8 +13,20 @@ from haverify.elaborate.notation import Notation, quantity
 from haverify.model.cellular import CellularAutomaton, Relation
 from haverify.model.claim import Claim, Expectation, Goal
 from haverify.model.fuzzy import FuzzyController, FuzzyInput
-from haverify.model.hybrid import Assign, Constant, Edge, HybridAutomaton, Init, Input, Mode, Output, Param, Priority, Range
-from haverify.model.hybrid import Variable
+from haverify.model.hybrid import (
+    Assign,
+    Constant,
+    Edge,
+    HybridAutomaton,
+    Init,
+    Input,
+    Mode,
+    Output,
+    Param,
+    Priority,
+    Range,
+    Variable,
+)
 from haverify.model.spec import EnumType, Spec, UnitDef
 from haverify.model.system import Part, Sync, System
 from haverify.model.tables import DataTable, Network
@@ -41,20 +53,26 @@ def _words(spec: Spec) -> dict[tuple[str, str], str]:
 
 
 def _declared(spec: Spec) -> set[str]:
-    found: set[str] = set()
+    found: set[str] = {a.name for a in spec.automata}
+    found.update(s.name for s in spec.systems)
+    found.update(t.name for t in spec.tables)
+    found.update(n.name for n in spec.networks)
+    found.update(c.name for c in spec.cellular)
+    found.update(r.name for r in spec.relations)
+    found.update(f.name for f in spec.fuzzy)
     blocks: list[Spec | HybridAutomaton | System] = [spec, *spec.automata, *spec.systems]
     for block in blocks:
-        for group in (block.constants, block.params, block.inputs):
-            found.update(x.name.split("[")[0] for x in group)
+        found.update(c.name for c in block.constants)
+        found.update(p.name for p in block.params)
+        found.update(i.name for i in block.inputs)
         if not isinstance(block, Spec):
-            found.update(x.name.split("[")[0] for x in (*block.vars, *block.lets))
+            found.update(v.name for v in block.vars)
+            found.update(o.name for o in block.lets)
         if isinstance(block, HybridAutomaton):
-            found.update(x.name.split("[")[0] for m in block.modes for x in m.lets)
+            found.update(x.name for m in block.modes for x in m.lets)
         if isinstance(block, System):
-            found.update(p.name.split("[")[0] for p in block.parts)
-    for group in (spec.automata, spec.systems, spec.tables, spec.networks, spec.cellular, spec.relations, spec.fuzzy):
-        found.update(x.name for x in group)
-    return found
+            found.update(p.name for p in block.parts)
+    return {name.split("[")[0] for name in found}
 
 
 class _Printer:
@@ -127,7 +145,8 @@ class _Printer:
 
     def assigns(self, assigns: Sequence[Assign]) -> str:
         parts = [
-            f"{a.var} in {self.range(a.to)}" if isinstance(a.to, Range) else f"{a.var} := {self.write(a.to)}" for a in assigns
+            f"{a.var} in {self.range(a.to)}" if isinstance(a.to, Range) else f"{a.var} := {self.write(a.to)}"
+            for a in assigns
         ]
         return "{ " + "; ".join(parts) + " }"
 
@@ -191,7 +210,8 @@ class _Printer:
 
     def part(self, p: Part) -> str:
         bindings = [
-            f"{b.name} in {self.range(b.to)}" if isinstance(b.to, Range) else f"{b.name} = {self.write(b.to)}" for b in p.bindings
+            f"{b.name} in {self.range(b.to)}" if isinstance(b.to, Range) else f"{b.name} = {self.write(b.to)}"
+            for b in p.bindings
         ]
         return f"part {p.name} = {p.of}" + (" with { " + "; ".join(bindings) + " }" if bindings else "")
 
@@ -324,4 +344,3 @@ def _q(q: Fraction, unit: Unit | None) -> str:
 def _method(name: str, arguments: tuple[tuple[str, str], ...]) -> str:
     given = ", ".join(f"{k} = {v}" if k else v for k, v in arguments)
     return f"method {name}({given})" if given else f"method {name}"
-

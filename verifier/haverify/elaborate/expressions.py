@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
+from haverify.diagnostics.diagnostic import Severity
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.context import Context, Lost, NeedsMode
 from haverify.elaborate.scope import Cases, Members, Row, Scope, SetValue, Symbol, Typed
 from haverify.elaborate.selection import by_cases, mapped
 from haverify.elaborate.units import alike, to_unit, unit_phrase
-from haverify.diagnostics.diagnostic import Severity
 from haverify.maths.exact import fits
 from haverify.model.expression import Expr, number
 from haverify.model.hybrid import Range
 from haverify.model.spec import EnumType
-from haverify.model.unit import RADIAN, SECOND, Unit, coherent, power
+from haverify.model.unit import SECOND, Unit, coherent, power
 from haverify.syntax import tree as t
 from haverify.text.span import Span
 
@@ -72,7 +71,9 @@ def of_type(env: Env, node: t.Expr, type_: str, unit: Unit | None, what: str, co
     e, found = typed(env, node, type_ if type_ != "real" else None)
     both_numbers = env.ctx.is_number(type_) and env.ctx.is_number(found)
     if found != type_ and not both_numbers:
-        env.ctx.fail("HA105", f"{what} is {type_phrase(env.ctx, type_)}, this is {type_phrase(env.ctx, found)}", node.span)
+        env.ctx.fail(
+            "HA105", f"{what} is {type_phrase(env.ctx, type_)}, this is {type_phrase(env.ctx, found)}", node.span
+        )
     return to_unit(env.ctx, e, unit, what, node.span, code) if both_numbers else e
 
 
@@ -167,12 +168,17 @@ def _postfix(env: Env, node: t.Name | t.Member | t.Index | t.Call, expect: str |
     if isinstance(found, SetValue):
         return env.ctx.fail("HA105", "an interval is a set, not a number; use it after `in`", node.span)
     if isinstance(found, Cases):
-        return env.ctx.fail("HA105", f"'{source_name(node)}' is no value yet: a column or an argument is missing", node.span)
-    return env.ctx.fail("HA105", f"'{source_name(node)}' is {_KINDS.get(found.kind, 'no value')}, not a value", node.span)
+        return env.ctx.fail(
+            "HA105", f"'{source_name(node)}' is no value yet: a column or an argument is missing", node.span
+        )
+    return env.ctx.fail(
+        "HA105", f"'{source_name(node)}' is {_KINDS.get(found.kind, 'no value')}, not a value", node.span
+    )
 
 
 _KINDS = {
-    "family": "a family of values: write an index", "automaton": "an automaton", "system": "a system", "table": "a table",
+    "family": "a family of values: write an index", "automaton": "an automaton", "system": "a system",
+    "table": "a table",
     "fn": "a function", "enum": "an enumeration", "part": "a part", "import": "an import", "fuzzy": "a fuzzy system",
     "cellular": "a cellular automaton", "relation": "a relation", "network": "a network", "data": "a table",
 }  # fmt: skip
@@ -236,7 +242,9 @@ def _enum_value(env: Env, node: t.Name, expect: str | None) -> Found:
         ctx.used_values.add((owners[0], node.id))
         return ctx.value(ctx.enums[owners[0]], node.id, node.span)
     if owners:
-        ctx.fail("HA105", f"'{node.id}' is a value of {' and of '.join(owners)}; write {owners[0]}.{node.id}", node.span)
+        ctx.fail(
+            "HA105", f"'{node.id}' is a value of {' and of '.join(owners)}; write {owners[0]}.{node.id}", node.span
+        )
     known = list(env.scope.visible()) + list(ctx.values) + list(_PREDEFINED)
     place = env.scope.label
     return ctx.unknown(f"value of {expect} or name" if expect else "name", node.id, place, node.span, known)
@@ -302,7 +310,9 @@ def _inside(env: Env, base: Symbol, node: t.Member) -> Found:
         return ctx.value(enum, node.name, node.span)
     scope = getattr(base.payload, "scope", None)
     if not isinstance(scope, Scope):
-        ctx.fail("HA105", f"'{source_name(node.base)}' is {_KINDS.get(base.kind, 'no scope')}, it has no members", node.span)
+        ctx.fail(
+            "HA105", f"'{source_name(node.base)}' is {_KINDS.get(base.kind, 'no scope')}, it has no members", node.span
+        )
     found = scope.names.get(node.name)
     if found is None:
         ctx.unknown("name", node.name, scope.label, node.span, scope.names)
@@ -390,7 +400,7 @@ def index_value(env: Env, node: t.Expr, enum: EnumType, what: str) -> str | Type
         if text not in enum.values:
             ctx.fail("HA009", f"{what}[{text}]: {enum.name} is {enum.values[0]}..{enum.values[-1]}", node.span)
         return text
-    if value.type == enum.name or enum.low is not None and ctx.is_number(value.type):
+    if value.type == enum.name or (enum.low is not None and ctx.is_number(value.type)):
         return value
     return ctx.fail("HA009", f"{what} is indexed by {enum.name}, this is {type_phrase(ctx, value.type)}", node.span)
 
@@ -511,7 +521,9 @@ def _if(env: Env, node: t.If, expect: str | None) -> Typed:
         return typed(env, node.yes if condition.op == "true" else node.no, expect)
     yes, no = typed(env, node.yes, expect), typed(env, node.no, expect)
     if yes.type != no.type and not (env.ctx.is_number(yes.type) and env.ctx.is_number(no.type)):
-        env.ctx.fail("HA105", f"`then` is {type_phrase(env.ctx, yes.type)}, `else` {type_phrase(env.ctx, no.type)}", node.span)
+        env.ctx.fail(
+            "HA105", f"`then` is {type_phrase(env.ctx, yes.type)}, `else` {type_phrase(env.ctx, no.type)}", node.span
+        )
     other = to_unit(env.ctx, no.expr, yes.expr.unit, "`else`, like `then`,", node.no.span)
     return Typed(A.choice(condition, yes.expr, other, node.span), yes.type if yes.type == no.type else "real")
 
@@ -578,6 +590,7 @@ def family_enum(env: Env, of: t.Expr) -> EnumType:
     found = denote(env, of)
     if isinstance(found, Symbol) and found.kind == "enum":
         enum: EnumType = found.payload
+        env.ctx.used_enums.add(enum.name)
         return enum
     return env.ctx.fail("HA105", f"'{source_name(of)}' is no enumeration", of.span)
 
@@ -590,7 +603,6 @@ def _quantifier(env: Env, node: t.Quantifier, expect: str | None) -> Typed:
         return Typed(Expr(node.kind, (node.name, found.name, body), None, node.span), "bool")
     enum = family_enum(env, node.of)
     parts = [boolean(env.bind(**{node.name: env.ctx.value(enum, v)}), node.body) for v in enum.values]
-    env.ctx.used_values.update((enum.name, v) for v in enum.values)
     return Typed(_quantified(node.kind, parts, node.span), "bool")
 
 
@@ -639,5 +651,3 @@ _HANDLERS: dict[type, Callable[[Env, Any, str | None], Typed]] = {
     t.Call: _postfix, t.Unary: _unary, t.Binary: _binary, t.Comparison: _comparison, t.Interval: _set, t.Pair: _tuple,
     t.If: _if, t.Quantifier: _quantifier, t.Temporal: _temporal, t.Until: _until,
 }  # fmt: skip
-
-__all__ = ["Env", "Found", "RADIAN", "Fraction", "boolean", "denote", "interval", "of_type", "range_in", "real", "typed"]

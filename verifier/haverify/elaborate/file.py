@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
-from haverify.elaborate.automaton import Machine, declare_member, elaborate_automaton
 from haverify.elaborate.attributes import allowances
+from haverify.elaborate.automaton import Machine, declare_member, elaborate_automaton
 from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, boolean, real
@@ -60,7 +63,7 @@ def _enter_file(ctx: Context, tree: t.Tree, prefix: str, found: dict[str, FileSc
     return scope
 
 
-def _namer(ctx: Context, prefix: str):  # type: ignore[no-untyped-def]
+def _namer(ctx: Context, prefix: str) -> Callable[[str], str]:
     def name_of(name: str) -> str:
         return ctx.fresh(f"{prefix}_{name}") if prefix else name
 
@@ -101,7 +104,9 @@ def _reserve_names(ctx: Context, tree: t.Tree) -> None:
         at = stack.pop()
         if isinstance(at, t.Declared):
             ctx.taken.add(at.name)
-        elif isinstance(at, t.Tree | t.Automaton | t.System | t.Mode | t.Var | t.Let | t.Const | t.Param | t.Input | t.Item):
+        elif isinstance(
+            at, t.Tree | t.Automaton | t.System | t.Mode | t.Var | t.Let | t.Const | t.Param | t.Input | t.Item
+        ):
             stack.extend(_inside(at))
 
 
@@ -114,23 +119,22 @@ def _inside(at: object) -> list[object]:
         return list(at.members)
     if isinstance(at, t.Var):
         return list(at.names)
-    return [getattr(at, "declared")]
+    return [at.declared] if isinstance(at, t.Let | t.Const | t.Param | t.Input) else []
 
 
 def _enter_items(file: FileScope) -> None:
     """Enter units and enumerations, then everything else in the order of the text."""
     for item in file.tree.items:
-        _try(lambda item=item: _enter_unit_or_enum(file, item))  # type: ignore[misc]
+        _try(_enter_unit_or_enum, file, item)
     for item in file.tree.items:
         file.env.ctx.allowed.extend(allowances(item))
-        _try(lambda item=item: _enter_item(file, item))  # type: ignore[misc]
+        _try(_enter_item, file, item)
 
 
-def _try(act) -> None:  # type: ignore[no-untyped-def]
-    try:
-        act()
-    except Lost:
-        return
+def _try(act: Callable[[FileScope, Any], None], file: FileScope, what: Any) -> None:
+    """Do something; what has an error is left out, the rest goes on."""
+    with suppress(Lost):
+        act(file, what)
 
 
 def _enter_unit_or_enum(file: FileScope, item: t.Item) -> None:
@@ -181,7 +185,7 @@ def _pi_rational(e: Expr) -> PiRational | None:
     parts = [_pi_rational(c) for c in e.children]
     total = parts[0]
     for p in parts[1:]:
-        if total is None or p is None or e.op == "/" and p.rational == 0:
+        if total is None or p is None or (e.op == "/" and p.rational == 0):
             return None
         total = total * p if e.op == "*" else total / p
     return total
@@ -215,7 +219,9 @@ def _integers(ctx: Context, name: str, decl: t.EnumDecl) -> EnumType:
     assert decl.low is not None and decl.high is not None
     low, high = decl.low.value, decl.high.value
     if low.denominator != 1 or high.denominator != 1 or high < low:
-        ctx.fail("HA105", f"{decl.name} = {decl.low.text}..{decl.high.text}: two integers in order are needed", decl.span)
+        ctx.fail(
+            "HA105", f"{decl.name} = {decl.low.text}..{decl.high.text}: two integers in order are needed", decl.span
+        )
     if high - low > 100_000:
         ctx.fail("HA105", f"{decl.name} has more than 100000 values", decl.span)
     values = tuple(str(k) for k in range(int(low), int(high) + 1))
@@ -272,5 +278,8 @@ def _machine(file: FileScope, item: t.Item, body: t.Automaton | t.Instance | t.S
 def _assumptions(file: FileScope) -> None:
     for item in file.tree.items:
         if isinstance(item.body, t.Assume):
-            body = item.body
-            _try(lambda body=body: file.assumptions.append(boolean(file.env, body.condition)))  # type: ignore[misc]
+            _try(_assume, file, item.body)
+
+
+def _assume(file: FileScope, decl: t.Assume) -> None:
+    file.assumptions.append(boolean(file.env, decl.condition))

@@ -55,7 +55,9 @@ def _controller(env: Env, symbol: Symbol, item: t.Item, decl: t.Fuzzy) -> Contro
         if line.kind == "chain":
             before = _source(env, line)
             chained[line.name] = before
-            inputs.append(FuzzyInput(line.name, env.ctx.one, None, None, (), (before.model.name, line.output), line.span))
+            inputs.append(
+                FuzzyInput(line.name, env.ctx.one, None, None, (), (before.model.name, line.output), line.span)
+            )
         else:
             inputs.append(_input(env, line))
     outputs = tuple((line.name, line.values) for line in _lines(decl, "output"))
@@ -111,7 +113,9 @@ def _known_terms(inputs: list[FuzzyInput], chained: dict[str, Controller]) -> di
     return found
 
 
-def _rule(env: Env, line: t.FuzzyLine, terms: dict[str, tuple[str, ...]], outputs: dict[str, tuple[str, ...]]) -> FuzzyRule:
+def _rule(
+    env: Env, line: t.FuzzyLine, terms: dict[str, tuple[str, ...]], outputs: dict[str, tuple[str, ...]]
+) -> FuzzyRule:
     if line.output not in outputs:
         env.ctx.unknown("output", line.output, "this fuzzy system", line.span, outputs)
     if line.values[0] not in outputs[line.output]:

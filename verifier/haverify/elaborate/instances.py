@@ -8,7 +8,7 @@ from typing import Any
 
 from haverify.elaborate.automaton import Machine, Replacement, elaborate_automaton
 from haverify.elaborate.expressions import Env, denote
-from haverify.elaborate.scope import Scope, Symbol
+from haverify.elaborate.scope import Symbol
 from haverify.syntax import tree as t
 
 
@@ -112,6 +112,3 @@ def mentioned(node: object) -> Iterator[str]:
             stack.extend(at)
         elif hasattr(at, "__slots__") and type(at).__module__ == t.__name__:
             stack.extend(getattr(at, s) for s in at.__slots__)
-
-
-__all__ = ["Base", "Scope", "base_of", "elaborate_instance", "mentioned"]

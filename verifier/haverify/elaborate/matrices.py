@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import Lost
+from haverify.elaborate.csv import cell_span
 from haverify.elaborate.expressions import Env, family_enum
 from haverify.elaborate.scope import Symbol, Table
 from haverify.elaborate.tables import Reading, cell_number, enter_cell
-from haverify.elaborate.csv import cell_span
 from haverify.model.spec import EnumType
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t

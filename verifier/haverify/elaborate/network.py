@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import Lost
+from haverify.elaborate.csv import shown_path
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, family_enum
 from haverify.elaborate.scope import Scope, Symbol
@@ -51,7 +52,7 @@ def _network(env: Env, symbol: Symbol, decl: t.Network, path: str) -> Network:
                 fix = Fix("update the hash", (Edit(line.span, f'sha256 "{source.sha256}"'),), safe=True)
                 env.ctx.report("HA215", f"{decl.path} does not match its sha256", line.span, fix=fix)
     inputs, outputs = tuple(_ports(env, decl, "input")), tuple(_ports(env, decl, "output"))
-    network = Network(symbol.name, decl.path, digest, inputs, outputs, decl.span)
+    network = Network(symbol.name, shown_path(env.ctx, source, decl.path), digest, inputs, outputs, decl.span)
     symbol.payload = _scoped(env, network)
     return network
 
@@ -62,7 +63,10 @@ def _ports(env: Env, decl: t.Network, kind: str) -> Iterator[Port]:
             continue
         unit = declared_type(env, line.type)[1] if line.type else env.ctx.one
         if line.declared.family is None:
-            yield line.declared.name if line.declared.index is None else f"{line.declared.name}[{line.declared.index}]", unit
+            yield (
+                line.declared.name if line.declared.index is None else f"{line.declared.name}[{line.declared.index}]",
+                unit,
+            )
             continue
         for value in family_enum(env, line.declared.family.of).values:
             yield f"{line.declared.name}[{value}]", unit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import NeedsMode
@@ -121,6 +121,3 @@ def _output(env: Env, symbol: Symbol, let: t.Let, is_known: bool) -> Output:
             env.ctx.fail("HA105", f"let {symbol.name} is {type_phrase(env.ctx, symbol.type)} in another mode", let.span)
         e = to_unit(env.ctx, value.expr, symbol.unit, f"let {symbol.name}", let.value.span)
     return Output(symbol.name, symbol.type, symbol.unit, e, let.span)
-
-
-__all__ = ["Definition", "ModeScope", "enter_lets", "replace"]

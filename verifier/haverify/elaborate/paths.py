@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from haverify.elaborate.context import nearest
 from haverify.elaborate.expressions import Env, denote, index_value, source_name
 from haverify.elaborate.scope import Members, Scope, Symbol
 from haverify.syntax import tree as t
@@ -50,7 +49,8 @@ def _scope_of(env: Env, node: t.Expr, space: str) -> tuple[Scope, str]:
         scope = env.scope.machine()
         if scope is None:
             env.ctx.fail("HA105", f"'{node.id}': {space} belong to an automaton; write `on` one", node.span)
-        return scope, node.id
+        bound = env.scope.local(node.id)
+        return scope, node.id if bound is None else str(bound.payload.expr.args[-1])
     if isinstance(node, t.Member):
         base = denote(env, node.base)
         inner = getattr(getattr(base, "payload", None), "scope", None)
@@ -63,6 +63,3 @@ def target_mode(env: Env, target: t.Target) -> list[Symbol]:
     """The modes that `-> Mode`, `init Mode` or `in Mode` names."""
     name = t.Name(target.name, target.span)
     return _resolve(env, name if target.index is None else t.Index(name, target.index, target.span), "modes")
-
-
-__all__ = ["edges_at", "modes_at", "nearest", "target_mode"]

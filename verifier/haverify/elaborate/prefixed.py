@@ -30,7 +30,9 @@ def prefixed_scope(scope: Scope, prefix: str) -> Scope:
 def _prefixed(symbol: Symbol, prefix: str) -> Symbol | None:
     name = f"{prefix}.{symbol.name}"
     if symbol.kind in _KINDS:
-        return Symbol(symbol.kind, name, symbol.span, symbol.type, symbol.unit, symbol.payload, None, symbol.state, True)
+        return Symbol(
+            symbol.kind, name, symbol.span, symbol.type, symbol.unit, symbol.payload, None, symbol.state, True
+        )
     if symbol.kind == "family":
         members: Members = symbol.payload
         copies = {v: _prefixed(s, prefix) for v, s in members.by_value.items()}

@@ -56,7 +56,7 @@ def _period(env: Env, sample: t.Sample) -> tuple[Expr, Expr, bool]:
     node = sample.period
     while isinstance(node, t.Paren):
         node = node.inner
-    if isinstance(node, t.Interval) or isinstance(node, t.Binary) and node.op == "+-":
+    if isinstance(node, t.Interval) or (isinstance(node, t.Binary) and node.op == "+-"):
         found: SetValue = interval(env, node)
         target = None if env.ctx.unitless else SECOND
         ends = [to_unit(env.ctx, e, target, "a period", node.span) for e in (found.range.low, found.range.high)]

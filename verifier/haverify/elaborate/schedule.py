@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.expressions import Env, real
-from haverify.elaborate.resets import resets, state_variable
 from haverify.elaborate.paths import target_mode
+from haverify.elaborate.resets import resets, state_variable
 from haverify.elaborate.units import to_unit
 from haverify.elaborate.values import exact_value
 from haverify.maths.exact import people_text
-from haverify.model.expression import TRUE, Expr
+from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge
 from haverify.syntax import tree as t
 from haverify.text.span import Span
@@ -37,10 +37,12 @@ def slots(env: Env, schedule: t.Schedule) -> list[Slot]:
     modes = [target_mode(env, t.Target(s.mode, None, _word(s.span, s.mode)))[0].name for s in schedule.slots]
     found = []
     for k, slot in enumerate(schedule.slots):
-        domain = A.every([A.compare("<=", times[k], x, slot.span), A.compare("<=", x, times[k + 1], slot.span)], slot.span)
+        domain = A.every(
+            [A.compare("<=", times[k], x, slot.span), A.compare("<=", x, times[k + 1], slot.span)], slot.span
+        )
         target = _target(env, slot, modes[k + 1] if k + 1 < len(modes) else None)
         guard = A.compare(">=", x, times[k + 1], slot.span)
-        found.append(Slot(modes[k], domain, target and _edge(env, slot, modes[k], target, guard)))
+        found.append(Slot(modes[k], domain, _edge(env, slot, modes[k], target, guard) if target else None))
     return found
 
 
@@ -60,7 +62,7 @@ def _target(env: Env, slot: t.Slot, following: str | None) -> str | None:
 
 def _edge(env: Env, slot: t.Slot, source: str, target: str, guard: Expr) -> Edge:
     name = edge_name(source, target)
-    return Edge(name, source, target, True, guard if guard else TRUE, resets(env, slot.assignments), slot.span)
+    return Edge(name, source, target, True, guard, resets(env, slot.assignments), slot.span)
 
 
 def edge_name(source: str, target: str) -> str:

@@ -72,7 +72,7 @@ class Row(NamedTuple):
 class Cases(NamedTuple):
     """Denotations by value of an enumeration, where the run decides which one is meant."""
 
-    index: Typed
+    selector: Typed
     enum: EnumType
     options: dict[str, Any]
 

@@ -15,12 +15,13 @@ from haverify.text.span import Span
 
 def by_cases(ctx: Context, index: Typed, enum: EnumType, pick: Callable[[str], Any], span: Span) -> Typed | Cases:
     """`if index == v1 then pick(v1) else if ... else pick(vn)`, or the cases where the picks are no values yet."""
+    ctx.used_enums.add(enum.name)
     return joined(ctx, Cases(index, enum, {v: pick(v) for v in enum.values}), span)
 
 
 def mapped(ctx: Context, cases: Cases, change: Callable[[Any], Any], span: Span) -> Typed | Cases:
     """The cases with each option changed."""
-    return joined(ctx, Cases(cases.index, cases.enum, {v: change(f) for v, f in cases.options.items()}), span)
+    return joined(ctx, Cases(cases.selector, cases.enum, {v: change(f) for v, f in cases.options.items()}), span)
 
 
 def joined(ctx: Context, cases: Cases, span: Span) -> Typed | Cases:
@@ -31,6 +32,6 @@ def joined(ctx: Context, cases: Cases, span: Span) -> Typed | Cases:
     unit = values[0][1].expr.unit
     result = to_unit(ctx, values[-1][1].expr, unit, "the family", span)
     for v, value in reversed(values[:-1]):
-        test = A.compare("==", cases.index.expr, ctx.value(cases.enum, v, span).expr, span)
+        test = A.compare("==", cases.selector.expr, ctx.value(cases.enum, v, span).expr, span)
         result = A.choice(test, to_unit(ctx, value.expr, unit, "the family", span), result, span)
     return Typed(result, values[0][1].type)

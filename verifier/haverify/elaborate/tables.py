@@ -10,7 +10,7 @@ from typing import Any
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import Context, Lost, nearest
-from haverify.elaborate.csv import CsvCell, CsvRow, cell_span, read_csv
+from haverify.elaborate.csv import CsvCell, CsvRow, cell_span, read_csv, shown_path
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, of_type
 from haverify.elaborate.scope import Symbol, Table
@@ -74,7 +74,9 @@ def _read(env: Env, made: list[Any], decl: t.Table, symbol: Symbol, path: str) -
         read_axes(env, made, decl, symbol, source)
         return
     keys = tuple(_enum(env, line.of, line.span) for line in decl.lines if line.kind == "key")
-    reading = Reading(env, made, decl, source, symbol.name, keys, read_csv(source), decl.path)
+    reading = Reading(
+        env, made, decl, source, symbol.name, keys, read_csv(source), shown_path(env.ctx, source, decl.path)
+    )
     if reading.lines("matrix"):
         from haverify.elaborate.matrices import read_matrix
 
@@ -88,6 +90,7 @@ def _enum(env: Env, name: str, span: Span) -> EnumType:
     if symbol is None or symbol.kind != "enum":
         env.ctx.unknown("enumeration", name, "", span, env.ctx.enums)
     enum: EnumType = env.ctx.use(symbol, span).payload
+    env.ctx.used_enums.add(enum.name)
     return enum
 
 
@@ -123,7 +126,9 @@ def _result_unit(reading: Reading, line: t.TableLine) -> Unit | None:
 
 def _header(reading: Reading) -> dict[str, int]:
     if not reading.rows:
-        reading.ctx.fail("HA210", f"{reading.file} is empty: a header and a row per key are needed", reading.decl.path_span)
+        reading.ctx.fail(
+            "HA210", f"{reading.file} is empty: a header and a row per key are needed", reading.decl.path_span
+        )
     found: dict[str, int] = {}
     for k, cell in enumerate(reading.rows[0].cells):
         if cell.text in found:
@@ -249,7 +254,9 @@ def _wrong_key(reading: Reading, enum: EnumType, cell: CsvCell) -> None:
 def _cells(reading: Reading, table: Table, shape: _Shape, row: CsvRow, key: tuple[str, ...]) -> dict[str, Symbol]:
     if len(row.cells) > len(reading.columns):
         extra = row.cells[len(reading.columns)]
-        reading.ctx.fail("HA210", f"{reading.file}: this row has more cells than the header", cell_span(reading.source, extra))
+        reading.ctx.fail(
+            "HA210", f"{reading.file}: this row has more cells than the header", cell_span(reading.source, extra)
+        )
     columns = _poly_columns(reading, shape, row, table) if table.poly is not None else shape.columns
     if table.poly is not None:
         powers = tuple((c.name, c.exponent or 0) for c in columns)
@@ -267,7 +274,9 @@ def _poly_columns(reading: Reading, shape: _Shape, row: CsvRow, table: Table) ->
         if filled < k:
             gap = shape.columns[filled]
             place = _place(reading, row, gap.position)
-            reading.ctx.fail("HA210", f"{reading.file}: cell '{gap.name}' is empty before the filled '{column.name}'", place)
+            reading.ctx.fail(
+                "HA210", f"{reading.file}: cell '{gap.name}' is empty before the filled '{column.name}'", place
+            )
         filled += 1
     if filled == 0:
         reading.ctx.fail("HA210", f"{reading.file}: this row has no coefficient", _row_span(reading, row))

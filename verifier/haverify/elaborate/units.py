@@ -26,7 +26,9 @@ def to_unit(ctx: Context, e: Expr, target: Unit | None, what: str, span: Span | 
         return number(0, target, e.span)
     if factor is None:
         place = span or e.span
-        ctx.fail(code, f"{what} needs {_needed(target)}, this is {unit_phrase(e.unit)}", place, help=_advice(e.unit, target))
+        ctx.fail(
+            code, f"{what} needs {_needed(target)}, this is {unit_phrase(e.unit)}", place, help=_advice(e.unit, target)
+        )
     return scale(factor[0], factor[1], e, target)
 
 

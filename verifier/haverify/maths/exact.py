@@ -34,13 +34,13 @@ def parse_decimal(text: str) -> Fraction | None:
 
 
 def _shift(digits: int, exponent: int) -> Fraction:
-    if 0 <= exponent:
+    if exponent >= 0:
         return Fraction(digits * _power_of_ten(exponent))
     return Fraction(digits, _power_of_ten(-exponent))
 
 
 def _power_of_ten(k: int) -> int:
-    return _POWERS[k] if k < len(_POWERS) else 10**k
+    return _POWERS[k] if k < len(_POWERS) else int(10**k)
 
 
 def decimal_text(q: Fraction) -> str | None:
@@ -95,7 +95,7 @@ def leading_exponent(q: Fraction) -> int:
 
 
 def _at_least(n: int, d: int, e: int) -> bool:
-    return n >= d * 10**e if e >= 0 else n * 10**-e >= d
+    return bool(n >= d * 10**e) if e >= 0 else bool(n * 10**-e >= d)
 
 
 def rounding_half(q: Fraction, digits: int) -> Fraction | None:

@@ -133,7 +133,13 @@ def _constant(c: Constant) -> Json:
 
 
 def _param(p: Param) -> Json:
-    return {"name": p.name, "unit": _unit(p.unit), "low": _low(p.range), "high": _high(p.range), "default": _optional(p.default)}
+    return {
+        "name": p.name,
+        "unit": _unit(p.unit),
+        "low": _low(p.range),
+        "high": _high(p.range),
+        "default": _optional(p.default),
+    }
 
 
 def _input(i: Input) -> Json:
@@ -234,7 +240,9 @@ def _fuzzy(f: FuzzyController) -> Json:
     return {
         "name": f.name, "inputs": [_fuzzy_input(i) for i in f.inputs],
         "outputs": [{"name": n, "terms": list(terms)} for n, terms in f.outputs], "logic": list(f.logic),
-        "rules": [{"name": r.name, "premise": expr_to_json(r.premise), "output": r.output, "term": r.term} for r in f.rules],
+        "rules": [
+            {"name": r.name, "premise": expr_to_json(r.premise), "output": r.output, "term": r.term} for r in f.rules
+        ],
     }  # fmt: skip
 
 
@@ -249,14 +257,19 @@ def _fuzzy_input(i: FuzzyInput) -> Json:
 def _table(t: DataTable) -> Json:
     return {
         "name": t.name, "interpolate": t.interpolate, "axes": [{"name": n, "unit": _unit(u)} for n, u in t.axes],
-        "columns": [{"name": n, "unit": _unit(u), "half": rational(h) if isinstance(h, Fraction) else h} for n, u, h in t.columns],
+        "columns": [{"name": n, "unit": _unit(u), "half": _half(h)} for n, u, h in t.columns],
         "rows": [[rational(q) for q in row] for row in t.rows],
     }  # fmt: skip
 
 
+def _half(half: Fraction | str | None) -> str | None:
+    return rational(half) if isinstance(half, Fraction) else half
+
+
 def _network(n: Network) -> Json:
     return {
-        "name": n.name, "file": n.file, "sha256": n.sha256, "inputs": [{"name": k, "unit": _unit(u)} for k, u in n.inputs],
+        "name": n.name, "file": n.file, "sha256": n.sha256,
+        "inputs": [{"name": k, "unit": _unit(u)} for k, u in n.inputs],
         "outputs": [{"name": k, "unit": _unit(u)} for k, u in n.outputs],
     }  # fmt: skip
 

@@ -23,7 +23,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """One exact value, or a set (`Range`). `half` is half a unit of the last printed digit for coefficients under `digits n`."""
+    """One exact value, or a set (`Range`); `half` is half a unit of the last printed digit, under `digits n`."""
 
     name: str
     type: str  # "real", "bool" or an enumeration

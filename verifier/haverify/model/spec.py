@@ -37,7 +37,7 @@ class UnitDef:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell of a CSV table: `number` is the value of the constant `constant`; row and column count from 1 in the file."""
+    """A cell of a CSV table: `number` is the value of the constant `constant`; rows are the lines of the file."""
 
     file: str
     row: int

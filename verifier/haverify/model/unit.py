@@ -37,7 +37,7 @@ class NamedUnit:
 
 @dataclass(frozen=True, eq=True)
 class Unit:
-    """A product of powers of named units, in canonical order. Make one with `parse_unit`, `ONE`, `*`, `/` and `power`."""
+    """A product of powers of named units, in canonical order: made by `parse_unit`, `ONE`, `*`, `/`, `power`."""
 
     factors: tuple[tuple[NamedUnit, Exponent], ...] = ()
     _hash: int = field(default=0, compare=False, repr=False)
@@ -103,7 +103,7 @@ class Unit:
             return False
         own = [u for u, _ in self.factors if not u.is_builtin]
         leading = [u for u, _ in self.factors if u.name in _FIRST_ONLY]
-        return (not own or len(self.factors) == 1 and self.factors[0][1] == 1) and len(leading) <= 1
+        return (not own or (len(self.factors) == 1 and self.factors[0][1] == 1)) and len(leading) <= 1
 
     def __mul__(self, other: Unit) -> Unit:
         return _multiply(self, other)
@@ -119,18 +119,29 @@ _BASE = ("kg", "m", "s", "rad", "K", "A")
 _FIRST_ONLY = ("%", "Pa")
 
 
+_DERIVED: Mapping[str, tuple[Fraction | int, Mapping[str, int]]] = {
+    "N": (1, {"kg": 1, "m": 1, "s": -2}),
+    "J": (1, {"kg": 1, "m": 2, "s": -2}),
+    "W": (1, {"kg": 1, "m": 2, "s": -3}),
+    "Pa": (1, {"kg": 1, "m": -1, "s": -2}),
+    "V": (1, {"kg": 1, "m": 2, "s": -3, "A": -1}),
+    "Nm": (1, {"kg": 1, "m": 2, "s": -2}),
+    "Hz": (1, {"s": -1}),
+    "us": (Fraction(1, 10**6), {"s": 1}),
+    "ms": (Fraction(1, 1000), {"s": 1}),
+    "min": (60, {"s": 1}),
+    "h": (3600, {"s": 1}),
+    "mm": (Fraction(1, 1000), {"m": 1}),
+    "cm": (Fraction(1, 100), {"m": 1}),
+    "km": (1000, {"m": 1}),
+    "%": (Fraction(1, 100), {}),
+}
+
+
 def _table() -> dict[str, NamedUnit]:
     units = {n: NamedUnit(n, Fraction(1), 0, ((n, 1),)) for n in _BASE}
-
-    def add(name: str, scale: Fraction | int, **dims: int) -> None:
+    for name, (scale, dims) in _DERIVED.items():
         units[name] = NamedUnit(name, Fraction(scale), 0, tuple(sorted(dims.items())))
-
-    add("N", 1, kg=1, m=1, s=-2), add("J", 1, kg=1, m=2, s=-2), add("W", 1, kg=1, m=2, s=-3)
-    add("Pa", 1, kg=1, m=-1, s=-2), add("V", 1, kg=1, m=2, s=-3, A=-1), add("Nm", 1, kg=1, m=2, s=-2)
-    add("Hz", 1, s=-1), add("us", Fraction(1, 10**6), s=1), add("ms", Fraction(1, 1000), s=1)
-    add("min", 60, s=1), add("h", 3600, s=1)
-    add("mm", Fraction(1, 1000), m=1), add("cm", Fraction(1, 100), m=1), add("km", 1000, m=1)
-    add("%", Fraction(1, 100))
     units["deg"] = NamedUnit("deg", Fraction(1, 180), 1, (("rad", 1),))
     return units
 
@@ -228,11 +239,12 @@ def _text(factors: tuple[tuple[NamedUnit, Exponent], ...]) -> str:
 
 def _digits(e: Exponent) -> list[Exponent]:
     """`e` as a sum of exponents of one digit, because the language has no longer ones."""
-    if e != int(e) or abs(e) <= 9:
+    if e != int(e) or -9 <= e <= 9:
         return [e]
     sign = 1 if e > 0 else -1
     nines, rest = divmod(abs(int(e)), 9)
-    return [9 * sign] * nines + ([rest * sign] if rest else [])
+    digits: list[Exponent] = [9 * sign] * nines
+    return [*digits, rest * sign] if rest else digits
 
 
 def _exponent(e: Exponent) -> str:
