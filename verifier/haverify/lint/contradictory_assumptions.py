@@ -37,15 +37,12 @@ def _of_claim(facts: Facts, spec: Spec, claim: Claim) -> Iterator[Diagnostic]:
 
 def _clash(facts: Facts, place: str, assumptions: Sequence[Expr], frame: Frame) -> tuple[Expr, ...] | None:
     """The parts that clash; None where the assumptions can hold, that is not known, or one clashes with itself."""
-    if not assumptions or any(isinstance(decide([Condition(a, frame)]), Contradiction) for a in _alone(assumptions)):
+    if any(isinstance(decide([Condition(a, frame)]), Contradiction) for a in assumptions):
+        return None
+    if len(assumptions) < 2:
         return None
     answer = facts.decide("HA603", place, assumptions[0].span, [Condition(a, frame) for a in assumptions])
     return answer.core if isinstance(answer, Contradiction) else None
-
-
-def _alone(assumptions: Sequence[Expr]) -> Sequence[Expr]:
-    """The assumptions that could be blamed alone: none of one, which then clashes with declared ranges."""
-    return assumptions if len(assumptions) > 1 else ()
 
 
 def _finding(facts: Facts, who: str, core: tuple[Expr, ...]) -> Diagnostic:

@@ -23,13 +23,14 @@ _STATE = frozenset({"var", "let", "input", "time", "pre", "der", "bound"})
 
 @dataclass(frozen=True)
 class Bounds:
-    """`low op term op high`, as two comparisons of one conjunction say."""
+    """`low op term` and `term op high`, as two comparisons of one conjunction say; units of the terms may differ."""
 
     low: Expr
     low_op: str
     term: Expr
     high_op: str
     high: Expr
+    high_term: Expr
 
 
 @rule("HA201")
@@ -56,21 +57,35 @@ def _bounds(conjunction: Expr) -> Iterator[Bounds]:
         if c.op in ("<", "<=", ">", ">="):
             left, right = c.children if c.op in ("<", "<=") else c.children[::-1]
             op = "<" if c.op in ("<", ">") else "<="
-            if _is_fixed(left) and not _is_fixed(right):
+            if _rank(left) < _rank(right):
                 lower.append((right, op, left))
-            elif _is_fixed(right) and not _is_fixed(left):
+            elif _rank(right) < _rank(left):
                 upper.append((left, op, right))
     for term, low_op, low in lower:
-        yield from (Bounds(low, low_op, term, op, high) for t, op, high in upper if t == term)
+        yield from (Bounds(low, low_op, term, op, high, t) for t, op, high in upper if _bare(t) == _bare(term))
 
 
-def _is_fixed(e: Expr) -> bool:
-    return not any(n.op in _STATE for n in nodes(e))
+def _bare(e: Expr) -> Expr:
+    """An expression without the conversion of its unit."""
+    inner = e.args[2] if e.op == "scale" else e
+    return inner if isinstance(inner, Expr) else e
+
+
+def _rank(e: Expr) -> int:
+    """What varies more: the state (2), params (1), nothing (0). In a pair of bounds that is the term bounded."""
+    ops = {n.op for n in nodes(e)}
+    return 2 if ops & _STATE else 1 if "param" in ops else 0
 
 
 def _is_empty(b: Bounds, frame: Frame) -> bool:
     op = "<=" if b.low_op == b.high_op == "<=" else "<"
-    return _is_above(b.low, op, b.high, frame)
+    low, high = _converted(b.low, b.high_term, b.term), _converted(b.high, b.term, b.high_term)
+    return _is_above(low, op, high, frame)
+
+
+def _converted(bound: Expr, other: Expr, own: Expr) -> Expr:
+    """A bound on `own` after the conversion of the unit that the other bound's term has, so that the two compare."""
+    return bound if other.op != "scale" or own == other else Expr("scale", (*other.args[:2], bound))
 
 
 def _is_above(low: Expr, op: str, high: Expr, frame: Frame) -> bool:
@@ -103,7 +118,7 @@ def _of_bounds(facts: Facts, formula: Formula, b: Bounds) -> Diagnostic:
         "HA201",
         f"empty interval in {formula.place}: " + _summary(b, formula.frame),
         span=b.high.span,
-        label=_distance(b.low, b.high, formula.frame),
+        label=_distance(b.low, b.high, formula.frame) if b.term == b.high_term else "",
         labels=_labels(b.low),
         notes=(f"no value of `{term}` satisfies `{written}`",) if low and term and high else (),
         help=f"as a range: `{high} {b.high_op} {term} {b.low_op} {low}`" if low and term and high else None,

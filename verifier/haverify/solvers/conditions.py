@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import product
 from math import prod
 
-from haverify.maths.polynomial import Polynomial, constant, variable
+from haverify.maths.polynomial import Polynomial, constant, total, variable
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Range
 from haverify.solvers import univariate
@@ -20,7 +20,7 @@ from haverify.solvers.answer import Answer, Contradiction, Holds, Undecided
 from haverify.solvers.closure import closure
 from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.linear import Infeasible, Row, TooLarge, solve
-from haverify.solvers.literals import PI, QUOTIENT, STAND_IN, Case, Literal, TooManyCasesError, both, cases
+from haverify.solvers.literals import INVERSE, PI, QUOTIENT, STAND_IN, Case, Literal, TooManyCasesError, both, cases
 
 MAX_CHOICES = 256
 MAX_VALUES = 16
@@ -143,9 +143,9 @@ class _Rows:
 
 def _decide_case(case: Case) -> Answer:
     split = _without_unequal(case)
-    if len(split) > 1:
-        return _first(split)
-    (case,) = split
+    if len(split) != 1:
+        return _first(split) if split else Contradiction(_origins(case, frozenset(range(len(case)))))
+    case = tuple(_without_inverse(q) for q in split[0])
     if any(PI in q.poly.variables for q in case):
         return _with_pi(case)
     if len({v for q in case for v in q.poly.variables}) > MAX_UNKNOWNS:
@@ -190,6 +190,16 @@ def _without_unequal(case: Case) -> list[Case]:
             sides = [(q,)]
         found = both(found, sides)
     return found
+
+
+def _without_inverse(q: Literal) -> Literal:
+    """The same literal multiplied by the power of pi that clears `1/pi`; pi is positive."""
+    most = q.poly.degree(INVERSE)
+    if not most:
+        return q
+    parts = q.poly.coefficients(INVERSE)
+    cleared = total(p * variable(PI) ** (most - k) for k, p in enumerate(parts))
+    return Literal(cleared, q.relation, q.origin)
 
 
 def _with_pi(case: Case) -> Answer:

@@ -23,6 +23,7 @@ MAX_MONOMIALS = 200
 STAND_IN = "?"  # starts the names of unknowns that stand for something else
 QUOTIENT = "/"  # starts the names of unknowns that are defined by an equation
 PI = "pi"
+INVERSE = "1/pi"
 
 
 class TooManyCasesError(Exception):
