@@ -93,14 +93,14 @@ def test_samples_lie_between_the_extremes(p, a, b):
 def test_sign_vectors_are_complete(polynomials, a, b):
     polynomials = [p for p in polynomials if p]
     low, high = min(a, b), max(a, b)
-    listed = {signs for _, signs in sturm.sign_vectors(polynomials, low, high)}
+    listed = {p.signs for p in sturm.sign_vectors(polynomials, low, high)}
     for i in range(41):
         x = low + (high - low) * Q(i, 40)
         assert tuple(sign_at(p, x) for p in polynomials) in listed
 
 
 def test_sign_vectors_see_a_common_root():
-    vectors = {s for _, s in sturm.sign_vectors([(-2, 0, 1), (0, -2, 0, 1)], Q(1), Q(2))}
+    vectors = {p.signs for p in sturm.sign_vectors([(-2, 0, 1), (0, -2, 0, 1)], Q(1), Q(2))}
     assert vectors == {(-1, -1), (0, 0), (1, 1)}
 
 
@@ -117,3 +117,8 @@ def test_derivative_is_zero_at_an_inner_extreme():
     _, greatest = sturm.extremes(p, Q(0), Q(3))
     fine = [r for r in sturm.isolate(derivative(p), Q(0), Q(3)) if r.low <= greatest.at <= r.high]
     assert len(fine) == 1
+
+
+def test_roots_of_linear_polynomials_are_exact_among_sign_vectors():
+    pieces = sturm.sign_vectors([(-1, 10), (-2, 0, 1)], Q(0), Q(1000))
+    assert [p.place.low for p in pieces if p.is_root and p.place.low == p.place.high] == [Q(1, 10)]

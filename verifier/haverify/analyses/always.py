@@ -9,7 +9,7 @@ from fractions import Fraction
 from haverify.analyses.clocked import Cells
 from haverify.analyses.margin import Low, least
 from haverify.analyses.placement import Tree
-from haverify.analyses.poly_range import Ranges, Work, always, prove
+from haverify.analyses.poly_range import MANY, Ranges, Work, always, prove
 from haverify.analyses.questions import Question, Setting, questions
 from haverify.analyses.stuck import never_stuck
 from haverify.obligations.formula import (
@@ -99,7 +99,7 @@ def tree_for(q: Question, ranges: Ranges, work: Work) -> Tree | None:
         return "b"
     box = q.placement.box
     if q.placement.bounded:
-        quick = _quick(body, box, ranges)
+        quick = _quick(body, box, ranges, work)
         if quick is not None:
             return quick
     goal = disjunction([negation(q.placement.place(q.premise)), body])
@@ -110,11 +110,13 @@ def tree_for(q: Question, ranges: Ranges, work: Work) -> Tree | None:
     return prove(goal, box, ranges, work)
 
 
-def _quick(body: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges) -> Tree | None:
+def _quick(body: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges, work: Work) -> Tree | None:
+    names = variables(body)
+    if len(names) > MANY:
+        return prove(body, box, ranges, work)
     known = truth(body, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box)))
     if known is not None:
         return "b" if known else None
-    names = variables(body)
     if len(names) == 1:
         v = next(iter(names))
         return "u" if always(body, v, box[v], ranges) else None

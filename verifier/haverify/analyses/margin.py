@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 
-from haverify.analyses.poly_range import Box, Ranges, simple_between, worst_end
+from haverify.analyses.poly_range import NOWHERE, Box, Ranges, simple_between, worst_end
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, holds, literals, truth
 
 Q = Fraction
-STEPS = 400
+STEPS = 150
+WIDE = 4  # variables beyond which branch and bound is not tried
 CLOSE = Q(1, 10**7)  # relative width at which branch and bound stops
 
 
@@ -48,35 +49,42 @@ def _is_conjunction(f: Formula) -> bool:
 
 
 def _of_literal(leaf: Literal, box: Box, ranges: Ranges) -> Low | None:
-    """The least of `-p` for an inequality that is one variable's, once linear ones of one sign are at their worst ends."""
+    """The least of `-p` for an inequality, where at most one variable is not linear: exact, or the value's enclosure."""
     if leaf.op not in ("<", "<="):
         return None
     p, chosen = leaf.polynomial, {v: (box[v][0] + box[v][1]) / 2 for v in leaf.polynomial.variables}
     for v in p.variables:
-        if len(p.variables) <= 1:
-            break
-        end = worst_end(Literal("<", p), v, box, ranges)
-        if end is not None and p.degree(v) == 1 and end in box[v] and _is_worst(p, v, end, box, ranges):
-            chosen[v] = end
-            p = p.fix({v: end})
-    if len(p.variables) > 1:
-        return None
-    if not p.variables:
+        if len(p.variables) > 1 and p.degree(v) == 1:
+            end = worst_end(Literal("<", p), v, box, ranges)
+            if end is not None and end is not NOWHERE:
+                chosen[v] = end
+                p = p.fix({v: end})
+    return _at_ends(p, chosen, leaf, box, ranges, 4)
+
+
+def _at_ends(p: Polynomial, chosen: Mapping[str, Q], leaf: Literal, box: Box, ranges: Ranges, free: int) -> Low | None:
+    """The least of `-p`, a linear variable being at one of its ends."""
+    names = p.variables
+    if not names:
         value = p.constant or Q(0)
         return Low(-value, -value, chosen, leaf)
-    _, greatest = ranges.extremes(p, box)
-    chosen[p.variables[0]] = greatest.at
-    return Low(-greatest.high, -greatest.low, chosen, leaf)
-
-
-def _is_worst(p: Polynomial, v: str, end: Q, box: Box, ranges: Ranges) -> bool:
-    low, high = ranges.bounds(p.coefficients(v)[1], box)
-    return (low >= 0 and end == box[v][1]) or (high <= 0 and end == box[v][0])
+    if len(names) == 1:
+        _, greatest = ranges.extremes(p, box)
+        return Low(-greatest.high, -greatest.low, {**chosen, names[0]: greatest.at}, leaf)
+    linear = next((v for v in names if p.degree(v) == 1), None)
+    if linear is None or not free:
+        return None
+    found = [_at_ends(p.fix({linear: e}), {**chosen, linear: e}, leaf, box, ranges, free - 1) for e in box[linear]]
+    if any(x is None for x in found):
+        return None
+    return min((x for x in found if x is not None), key=lambda x: x.low)
 
 
 def _branch(f: Formula, premise: Formula, box: Box, ranges: Ranges) -> Low | None:
     """Branch and bound on the least robustness, the premise sampled at middles and corners."""
     names = sorted({v for leaf in (*literals(f), *literals(premise)) for v in leaf.polynomial.variables})
+    if len(names) > WIDE:
+        return None
     order = count()
     best: Low | None = None
     queue: list[tuple[Q, int, Box]] = [(_lower(f, box, ranges), next(order), {v: box[v] for v in names})]

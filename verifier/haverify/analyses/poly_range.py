@@ -34,6 +34,8 @@ from haverify.obligations.formula import (
 Q = Fraction
 Box = Mapping[str, tuple[Q, Q]]
 ENOUGH = 4_000
+MANY = 3  # variables beyond which linear ones are eliminated before signs are read off
+WIDE = 5  # variables beyond which boxes are not split
 DEEPEST = 30  # splits and eliminations on one path of a tree
 
 
@@ -109,10 +111,10 @@ def prove(f: Formula, box: Box, ranges: Ranges, work: Work, depth: int = DEEPEST
     """A tree that shows `f` on the whole box, or None."""
     if depth == 0 or not work.spend(1 + sum(len(leaf.polynomial.terms) for leaf in literals(f)) // 8):
         return None
-    known = truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box)))
+    names = sorted(variables(f))
+    known = truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))) if len(names) <= MANY else None
     if known is not None:
         return "b" if known else None
-    names = sorted(variables(f))
     if len(names) == 1:
         return "u" if always(f, names[0], box[names[0]], ranges) else None
     if _fails_somewhere(f, names, box):
@@ -122,7 +124,21 @@ def prove(f: Formula, box: Box, ranges: Ranges, work: Work, depth: int = DEEPEST
         inner = prove(rest, box, ranges, work, depth - 1)
         if inner is not None or not _entangled(f, set(gone)):
             return None if inner is None else ["e", gone, inner]
-    return _split(f, names, box, ranges, work, depth)
+    return _split(f, names, box, ranges, work, depth) if len(names) <= WIDE else None
+
+
+def surely(f: Formula, box: Box, ranges: Ranges) -> bool:
+    """Whether `f` holds on the box by worst ends and signs alone; a literal without a worst end counts as false."""
+    for v in sorted(variables(f)):
+        f = _worst_or_false(f, v, box, ranges)
+    return truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))) is True
+
+
+def _worst_or_false(f: Formula, v: str, box: Box, ranges: Ranges) -> Formula:
+    if isinstance(f, Junction):
+        return (conjunction if f.is_and else disjunction)([_worst_or_false(m, v, box, ranges) for m in f.members])
+    worst = at_worst(f, v, box, ranges)
+    return False if worst is None else worst
 
 
 def _entangled(f: Formula, gone: set[str]) -> bool:

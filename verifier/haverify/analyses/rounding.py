@@ -11,12 +11,12 @@ from haverify.analyses.always import Judged, judge
 from haverify.analyses.context import Context, cells_name
 from haverify.analyses.goals import Answer, margin_of
 from haverify.analyses.motion import Motion, State
-from haverify.analyses.poly_range import Ranges, Work, prove
+from haverify.analyses.poly_range import Ranges, Work, surely
 from haverify.analyses.questions import Setting
 from haverify.evidence.evidence import PartResult, Rounding
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown
-from haverify.obligations.formula import Formula, conjunction, negation, transform
+from haverify.obligations.formula import conjunction, negation, transform
 from haverify.obligations.parts import Part
 from haverify.obligations.translate import OutsideFragmentError
 
@@ -125,14 +125,7 @@ def violates_all(context: Context, setting: Setting, part: Part, run: Run) -> bo
     body = conjunction(scope.formula(r) for r in part.residuals)
     values = {**motion.known(state), **({f"{v}'": x for v, x in run.steps[-1].values} if part.kind == "jump" else {})}
     wrong = transform(negation(body), lambda p: p.fix(values))
-    return _surely(wrong, context)
-
-
-def _surely(wrong: Formula, context: Context) -> bool:
-    if isinstance(wrong, bool):
-        return wrong
-    tree = prove(wrong, context.rounding, Ranges(), Work(2000))
-    return tree == "b" or (isinstance(tree, list) and tree[0] == "e" and tree[2] == "b")
+    return surely(wrong, context.rounding, Ranges())
 
 
 def end_of(motion: Motion, run: Run, before_last_jump: bool) -> State:

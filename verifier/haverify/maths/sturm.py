@@ -247,7 +247,8 @@ def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction)
     Soundness           exact and complete
     """
     parts = [square_free(p) if len(p) > 1 else p for p in polynomials]
-    roots = isolate(_square_free_product(parts), low, high)
+    known = [Fraction(-p[0], p[1]) for p in parts if len(p) == 2]
+    roots = [_known(r, known) for r in isolate(_square_free_product(parts), low, high)]
     vectors: list[Piece] = []
     for x, is_root in _samples(roots, low, high):
         if x.low == x.high:
@@ -256,6 +257,11 @@ def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction)
             signs = tuple(_sign_at_root(p, q, x) for p, q in zip(polynomials, parts, strict=True))
         vectors.append(Piece(x, is_root, signs))
     return vectors
+
+
+def _known(root: Root, known: Sequence[Fraction]) -> Root:
+    """The root as a number, where it is one of those that linear polynomials have."""
+    return next((_point(x) for x in known if root.low < x < root.high), root)
 
 
 def _square_free_product(parts: Sequence[Integers]) -> Integers:
