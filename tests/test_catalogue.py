@@ -1,7 +1,6 @@
 """Every code that this version can report has a page with a bad example that yields it and a good one that does not."""
 
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -36,9 +35,9 @@ def codes_found(text: str) -> frozenset[str]:
     return frozenset(d.code for d in found)
 
 
-def with_examples() -> Iterator[str]:
+def with_examples() -> list[str]:
     """The codes whose pages show specs; others need files or an engine and are tested where they arise."""
-    return (code for code in pages() if examples(code))
+    return [code for code in pages() if examples(code)]
 
 
 def reported() -> set[str]:
