@@ -145,7 +145,7 @@ class Model:
             for b in left[1:]:
                 out = {v: hull(i, b[v]) for v, i in (out or {}).items()}
             return out
-        for v, upper, _, low, high in self.bounds(*f, box) or ():
+        for v, upper, _, low, high in self.bounds(f[0], f[1], box) or ():
             box = {**box, v: meet(box[v], (None, high) if upper else (low, None))}
             if empty(box[v]):
                 return None

@@ -44,6 +44,7 @@ class Scope:
         self.constants = {c["name"]: c for c in automaton["constants"]} if outer else core.constants
         self.box: bernstein.Box = outer.box if outer else {"pi": PI}
         self._values: dict[str, list[Case] | None] = {}
+        self._lets: dict[str | None, dict[str, Json]] = {}
         self._base, self._identities = Instant(self, None, {}), dict[str, Instant]()
         self.modes = {m["name"]: m for m in automaton["modes"]} if outer else {}
         self.types: dict[str, str] = {v["name"]: v["type"] for v in automaton["vars"]} if outer else {}
@@ -86,10 +87,12 @@ class Scope:
         self.box[name] = (middle - half, middle + half)
         return [(False, var(name), ONE)]
 
-    def constant_types(self) -> dict[str, str]:
-        """The types of the constants seen."""
-        own = {n: c.get("type", "real") for n, c in self.constants.items()}
-        return {**self.outer.constant_types(), **own} if self.outer else own
+    def type_of(self, kind: str, name: str) -> str | None:
+        """The type of a variable or constant."""
+        if kind == "var":
+            return self.types.get(name)
+        found = self.constants.get(name)
+        return found.get("type") if found else self.outer.type_of(kind, name) if self.outer else None
 
     def range(self, e: Json) -> Interval:
         """An enclosure of an expression of constants and params."""
@@ -127,10 +130,12 @@ class Scope:
 
     def let(self, mode: str | None, name: str) -> Json:
         """The definition of a let in a mode."""
-        for o in [*(self.modes[mode]["lets"] if mode else []), *(self.automaton["lets"] if self.outer else [])]:
-            if o["name"] == name:
-                return o
-        raise Refused(f"there is no let {name} in mode {mode}")
+        if mode not in self._lets:
+            listed = (self.automaton["lets"], self.modes[mode]["lets"] if mode else []) if self.outer else ()
+            self._lets[mode] = {o["name"]: o for lets in listed for o in lets}
+        if name not in self._lets[mode]:
+            raise Refused(f"there is no let {name} in mode {mode}")
+        return self._lets[mode][name]
 
 
 class Instant:
@@ -249,7 +254,7 @@ class Instant:
         if op in ("if", "pre"):
             return self._is_truth(args[-1])
         if op in ("var", "const"):
-            return (self.scope.types if op == "var" else self.scope.constant_types()).get(args[0]) == "bool"
+            return self.scope.type_of(op, args[0]) == "bool"
         if op == "let":
             return bool(self.scope.let(self.mode, args[0])["type"] == "bool")
         return op in TRUTHS or (isinstance(args[0] if args else 0, bool) and not op)

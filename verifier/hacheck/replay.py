@@ -207,6 +207,7 @@ class Walk:
         soon, now = self._soon(), self.instant(self.values)
         outside = soon.formula(self.model.scope.modes[self.mode]["domain"], closed=True, outer=True)
         blocked = [self.enabled(k, now, neg=True) for k in self.model.leaving[self.mode]]
-        fires = [self.enabled(k, soon, neg=True) for k in self.model.leaving[self.mode]]
+        urgent = [k for k in self.model.leaving[self.mode] if self.model.a["edges"][k]["urgent"]]
+        fires = [self.enabled(k, soon, neg=True) for k in urgent]
         later = conj([outside, *fires])
         return self.surely(conj(blocked)) and variables(later) <= {"s"} and sturm.soon(later, ZERO)
