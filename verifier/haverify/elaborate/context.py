@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from typing import NoReturn
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label, Severity
 from haverify.elaborate.files import Files
-from haverify.elaborate.scope import Scope, Symbol, Typed
+from haverify.elaborate.scope import Symbol, Typed
+from haverify.elaborate.spelling import nearest
 from haverify.model.expression import Expr, number
 from haverify.model.spec import Allowed, Cell, EnumType, UnitDef
 from haverify.model.unit import BUILTIN, ONE, NamedUnit, Unit, parse_unit
 from haverify.text.span import Span
+
+
+MAX_CHAIN = 500
+"""Definitions elaborated while others wait for them."""
 
 
 class Lost(Exception):
@@ -35,6 +39,7 @@ class Context:
         self.root = root
         self.unitless = unitless
         self.diagnostics: list[Diagnostic] = []
+        self._depth = 0
         self._reported: set[tuple[str, str, Span | None]] = set()
         self.own_units: tuple[NamedUnit, ...] = ()
         self.unit_defs: list[UnitDef] = []
@@ -94,12 +99,18 @@ class Context:
 
     def _make(self, symbol: Symbol) -> None:
         symbol.state = "busy"
+        self._depth += 1
         try:
+            if self._depth > MAX_CHAIN:
+                self.fail("HA008", f"'{symbol.name}' ends a chain of {MAX_CHAIN} definitions, each read before it is made",
+                          symbol.span, help="declare what others read before them")  # fmt: skip
             assert symbol.make is not None
             symbol.make()
         except (Lost, NeedsMode):
             symbol.state = "lost"
             raise
+        finally:
+            self._depth -= 1
         if symbol.state == "busy":
             symbol.state = "ready"
 
@@ -120,6 +131,7 @@ class Context:
         if old is None:
             table[name] = symbol
             return True
+        old.state = "lost"
         labels = (Label(old.span, "first defined here"),) if old.span else ()
         self.report("HA004", f"{what} '{name}' is defined twice", symbol.span, labels=labels)
         return False
@@ -156,18 +168,3 @@ class Context:
     def is_number(self, type_: str) -> bool:
         """Whether values of the type are numbers."""
         return type_ == "real" or (type_ in self.enums and self.enums[type_].low is not None)
-
-
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name most like `name`, if one is like it."""
-    if len(name) > 60:
-        return None
-    found = difflib.get_close_matches(name, {k for k in known if abs(len(k) - len(name)) <= 3}, 1, 0.7)
-    if found:
-        return found[0]
-    return next((k for k in known if k.lower() == name.lower()), None)
-
-
-def machine_label(scope: Scope) -> str:
-    """How messages name the place of a scope."""
-    return scope.label

@@ -19,7 +19,7 @@ from haverify.elaborate.tables import enter_table
 from haverify.maths.exact import PiRational
 from haverify.model.expression import Expr
 from haverify.model.spec import EnumType, UnitDef
-from haverify.model.unit import NamedUnit
+from haverify.model.unit import BUILTIN, NamedUnit
 from haverify.syntax import tree as t
 
 
@@ -151,7 +151,7 @@ def _enter_unit(file: FileScope, decl: t.UnitDecl) -> None:
     ctx = file.env.ctx
     if ctx.unitless:
         ctx.fail("HA101", f"unit '{decl.name}' in a unitless file", decl.span)
-    if any(u.name == decl.name for u in ctx.own_units):
+    if decl.name in BUILTIN or any(u.name == decl.name for u in ctx.own_units):
         ctx.fail("HA004", f"unit '{decl.name}' is defined twice", decl.span)
     if decl.value is None:
         made = NamedUnit(decl.name, Fraction(1), 0, ((decl.name, 1),), False)

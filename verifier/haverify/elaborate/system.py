@@ -90,6 +90,11 @@ def _guarded(work: _Work, act: Any) -> Any:
         return None
 
 
+def _define(work: _Work, table: dict[str, Symbol], name: str, symbol: Symbol, what: str) -> None:
+    if not work.ctx.define(table, name, symbol, what):
+        work.is_good = False
+
+
 # ---- parts ----------------------------------------------------------------------
 
 
@@ -101,7 +106,7 @@ def _enter_part(work: _Work, decl: t.Part) -> None:
     head = decl.declared
     names = work.env.scope.names
     if head.family is None and head.index is None:
-        work.ctx.define(names, head.name, _part(work, decl, machine, head.name, work.env), "part")
+        _define(work, names, head.name, _part(work, decl, machine, head.name, work.env), "part")
         return
     enum = family_enum(work.env, head.family.of) if head.family else enum_with(work.env, head, names)
     members = _family(work, head, enum)
@@ -158,13 +163,13 @@ def _binding(work: _Work, part: PartScope, b: t.Binding) -> Binding:
 def _enter_sync(work: _Work, sync: t.Sync) -> None:
     head, table = sync.declared, work.env.scope.edges
     if head.family is None and head.index is None:
-        work.ctx.define(table, head.name, Symbol("edge", head.name, head.span, used=True), "sync")
+        _define(work, table, head.name, Symbol("edge", head.name, head.span, used=True), "sync")
         return
     enum = family_enum(work.env, head.family.of) if head.family else enum_with(work.env, head, table)
     symbol = table.setdefault(head.name, Symbol("family", head.name, head.span, payload=Members(enum), used=True))
     for value in enum.values if head.family else (str(head.index),):
         made = Symbol("edge", f"{head.name}[{value}]", head.span, used=True)
-        work.ctx.define(symbol.payload.by_value, value, made, "sync")
+        _define(work, symbol.payload.by_value, value, made, "sync")
 
 
 def _syncs(work: _Work) -> Iterator[Sync]:

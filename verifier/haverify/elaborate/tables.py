@@ -9,11 +9,12 @@ from typing import Any
 
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
-from haverify.elaborate.context import Context, Lost, nearest
+from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.csv import CsvCell, CsvRow, cell_span, read_csv, shown_path
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, of_type
 from haverify.elaborate.scope import Symbol, Table
+from haverify.elaborate.spelling import nearest
 from haverify.maths.exact import parse_decimal, rounding_half
 from haverify.model.expression import Expr, number
 from haverify.model.hybrid import Constant, Param, Range

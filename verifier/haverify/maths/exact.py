@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 MAX_BITS = 14_000
 """No numerator or denominator is longer: such a number has fewer than 4,300 decimal digits and always prints."""
@@ -102,7 +103,12 @@ def rounding_half(q: Fraction, digits: int) -> Fraction | None:
     """Half a unit of the `digits`-th significant digit of `q`; None for 0, which has no significant digit."""
     if q == 0:
         return None
-    return Fraction(10) ** (leading_exponent(q) - digits + 1) / 2
+    return _half_unit(leading_exponent(q) - digits + 1)
+
+
+@lru_cache(maxsize=256)
+def _half_unit(exponent: int) -> Fraction:
+    return Fraction(10) ** exponent / 2
 
 
 @dataclass(frozen=True, slots=True)
