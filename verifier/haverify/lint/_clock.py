@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.analyses.bounds import Interval
@@ -20,11 +19,12 @@ from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton, Mode
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.literals import TooManyCasesError, terms
+from haverify.text.record import record
 
 Q = Fraction
 
 
-@dataclass(frozen=True)
+@record
 class Lock:
     """A state that a run reaches, where the flow leaves the domain of the mode and no edge is enabled."""
 
@@ -78,7 +78,7 @@ def polynomial(facts: Facts, automaton: HybridAutomaton, mode: Mode, e: Expr) ->
     return found[0][1] if len(found) == 1 and not found[0][0] else None
 
 
-@dataclass(frozen=True)
+@record
 class Curve:
     """An output as a polynomial of one variable, on the values that the variable takes in a mode."""
 

@@ -17,6 +17,7 @@ from haverify.solvers.answer import Answer, Contradiction, Holds, Undecided
 from haverify.solvers.conditions import Condition, decide
 from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.literals import Case, Literal, TooManyCasesError, terms
+from haverify.text.record import record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
@@ -25,7 +26,7 @@ T = TypeVar("T")
 AFTER = "'"  # ends the name of the value an edge chooses
 
 
-@dataclass(frozen=True)
+@record
 class Outcome:
     """What assignments make of the variables: `values`, under the condition `case`, both read before them."""
 
@@ -33,7 +34,7 @@ class Outcome:
     case: Case
 
 
-@dataclass(frozen=True)
+@record
 class EdgeState:
     """`kind`: live, never enabled, lands outside, target empty, or empty by itself (guard or source's domain).
 

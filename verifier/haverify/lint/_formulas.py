@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from haverify.lint._facts import Facts
 from haverify.lint._wording import edge_name
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Init, Input, Param, Range, Variable
 from haverify.solvers.frame import Frame
+from haverify.text.record import record
 
 
-@dataclass(frozen=True)
+@record
 class Formula:
     """A condition and what it is: `kind` is domain, guard, init, assumption or claim; `place` names its owner."""
 

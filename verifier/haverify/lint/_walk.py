@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
@@ -11,12 +10,13 @@ from haverify.analyses.motion import NOW, Motion, State
 from haverify.maths.sturm import isolate, refine
 from haverify.maths.univariate import integers
 from haverify.obligations.formula import Formula, holds, literals
+from haverify.text.record import record
 
 MOST_STATES = 60
 FAR = Fraction(1000)  # s; events later than this are not looked at
 
 
-@dataclass(frozen=True)
+@record
 class Stay:
     """What may happen in a stay: `moments` of choice, and the `end` that the domain or urgency sets.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
 from haverify.lint._facts import Facts
@@ -17,11 +16,12 @@ from haverify.solvers.answer import Contradiction
 from haverify.solvers.conditions import Condition, decide
 from haverify.solvers.frame import Frame
 from haverify.solvers.literals import number_of
+from haverify.text.record import record
 
 _STATE = frozenset({"var", "let", "input", "time", "pre", "der", "bound"})
 
 
-@dataclass(frozen=True)
+@record
 class Bounds:
     """`low op term` and `term op high`, as two comparisons of one conjunction say; units of the terms may differ."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
@@ -16,6 +15,7 @@ from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge, HybridAutomaton, Mode
 from haverify.model.spec import Spec
 from haverify.solvers.literals import number_of
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
@@ -28,7 +28,7 @@ def lazy_edge(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
             yield _finding(facts, automaton, found)
 
 
-@dataclass(frozen=True)
+@record
 class Waiting:
     """An edge that may fire from `opens` on while the domain lasts until `ends`, as `end` says."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
@@ -18,11 +17,12 @@ from haverify.model.hybrid import HybridAutomaton, Mode
 from haverify.model.spec import Cell, Spec
 from haverify.solvers.frame import Frame
 from haverify.solvers.literals import TooManyCasesError, cases, number_of
+from haverify.text.record import record
 
 Q = Fraction
 
 
-@dataclass(frozen=True)
+@record
 class Stated:
     """The range that a claim states for an output in a mode."""
 
@@ -33,7 +33,7 @@ class Stated:
     high: Q
 
 
-@dataclass(frozen=True)
+@record
 class Flip:
     """A coefficient whose sign, changed alone, brings an output from `low`..`high` on."""
 

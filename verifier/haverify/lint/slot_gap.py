@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label, Severity
@@ -14,11 +13,12 @@ from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Edge, HybridAutomaton, Mode
 from haverify.model.spec import Spec
 from haverify.solvers.literals import number_of
+from haverify.text.record import record
 
 _FLIPPED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-@dataclass(frozen=True)
+@record
 class Meeting:
     """Where the source's slot of `variable` ends and the target's begins."""
 

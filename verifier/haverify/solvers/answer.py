@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.model.expression import Expr
+from haverify.text.record import record
 
 
-@dataclass(frozen=True)
+@record
 class Holds:
     """The conditions hold together at `point`; where `is_exact` is False the point depends on stand-ins."""
 
@@ -16,14 +16,14 @@ class Holds:
     is_exact: bool = True
 
 
-@dataclass(frozen=True)
+@record
 class Contradiction:
     """The conditions never hold together; those in `core` are the reason."""
 
     core: tuple[Expr, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Undecided:
     """Neither was found."""
 

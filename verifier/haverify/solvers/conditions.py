@@ -21,6 +21,7 @@ from haverify.solvers.closure import closure
 from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.linear import Infeasible, Row, TooLarge, solve
 from haverify.solvers.literals import INVERSE, PI, QUOTIENT, STAND_IN, Case, Literal, TooManyCasesError, both, cases
+from haverify.text.record import record
 
 MAX_CHOICES = 256
 MAX_VALUES = 16
@@ -29,7 +30,7 @@ PI_LOW = Fraction(314159265358979323846, 10**20)
 PI_HIGH = Fraction(314159265358979323847, 10**20)
 
 
-@dataclass(frozen=True)
+@record
 class Condition:
     """`expr` (or its negation) as read in `frame`; `closed` reads the expression as a domain (`LANGUAGE S6`)."""
 

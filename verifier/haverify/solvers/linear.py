@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.maths.polynomial import Polynomial
+from haverify.text.record import record
 
 MAX_ROWS = 400
 
 
-@dataclass(frozen=True)
+@record
 class Row:
     """`poly relation 0` with a linear polynomial; relation `<`, `<=` or `==`; `origins`: the rows it follows from."""
 
@@ -19,14 +19,14 @@ class Row:
     origins: frozenset[int]
 
 
-@dataclass(frozen=True)
+@record
 class Infeasible:
     """No point satisfies the rows; those numbered in `core` alone have none."""
 
     core: frozenset[int]
 
 
-@dataclass(frozen=True)
+@record
 class TooLarge:
     """The elimination passed its limit."""
 

@@ -7,7 +7,6 @@ what has no solution here has none at all; a solution counts only where no such 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from operator import add, mul, sub
@@ -16,6 +15,7 @@ from haverify.maths.polynomial import NOUGHT, Polynomial, constant, variable
 from haverify.model.expression import Expr, operands
 from haverify.model.hybrid import Range
 from haverify.solvers.frame import Frame
+from haverify.text.record import record
 
 MAX_CASES = 64
 MAX_POWER = 12
@@ -30,7 +30,7 @@ class TooManyCasesError(Exception):
     """A condition has more cases than are worth writing out."""
 
 
-@dataclass(frozen=True)
+@record
 class Literal:
     """`poly relation 0`, relation one of `< <= == !=`; `origin` is the written condition it comes from."""
 
