@@ -23,7 +23,7 @@ from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Goal
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.formula import conjunction, holds
-from haverify.obligations.parts import Part, parts
+from haverify.obligations.parts import Part, conjuncts, parts, pushed
 from haverify.obligations.translate import OutsideFragmentError
 
 Q = Fraction
@@ -139,17 +139,12 @@ def _vacuity(setting: Setting, asked: list[Part], judged: list[Judged], cells: C
     """Nothing is proved of nothing: a claim whose whole premise is never true is not decided (rule of verdicts 3)."""
     if cells.trouble is not None or any(j.touched for j in judged):
         return None
-    if not asked:
-        conclusions = "every part holds by its shape"
-        if any(n.op in ("at", "jump", "jumped") for n in nodes(setting.goal.condition)) and _is_conditional(setting.goal):
-            return _vacuous(f"the premise is never true: {conclusions}")
+    if not all(c.op == "implies" for c in conjuncts(pushed(setting.goal.condition))):
         return None
+    if not asked:
+        return _vacuous("the premise is never true, whatever the run")
     places = ", ".join(dict.fromkeys(p.where for p in asked[:6]))
     return _vacuous(f"the premise is never true: no run comes to {places}")
-
-
-def _is_conditional(goal: Goal) -> bool:
-    return goal.condition.op == "implies"
 
 
 def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cells, answer: Answer) -> Json:

@@ -71,13 +71,20 @@ def _at_ends(p: Polynomial, chosen: Mapping[str, Q], leaf: Literal, box: Box, ra
     if len(names) == 1:
         _, greatest = ranges.extremes(p, box)
         return Low(-greatest.high, -greatest.low, {**chosen, names[0]: greatest.at}, leaf)
-    linear = next((v for v in names if p.degree(v) == 1), None)
+    linear = next((v for v in names if _ends_decide(p, v, box)), None)
     if linear is None or not free:
         return None
     found = [_at_ends(p.fix({linear: e}), {**chosen, linear: e}, leaf, box, ranges, free - 1) for e in box[linear]]
     if any(x is None for x in found):
         return None
     return min((x for x in found if x is not None), key=lambda x: x.low)
+
+
+def _ends_decide(p: Polynomial, v: str, box: Box) -> bool:
+    """Whether `p = a v^k + b` with one k and `v^k` monotone on the box: then its extremes are at ends of `v`."""
+    powers = {e for m in p.terms for n, e in m if n == v}
+    low, high = box[v]
+    return len(powers) == 1 and (powers.pop() % 2 == 1 or low >= 0 or high <= 0)
 
 
 def _branch(f: Formula, premise: Formula, box: Box, ranges: Ranges) -> Low | None:

@@ -15,7 +15,7 @@ from haverify.maths.polynomial import variable
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
 from haverify.obligations.constants import Values, rounded
-from haverify.obligations.formula import Formula, compare, conjunction, disjunction, negation
+from haverify.obligations.formula import Formula, Literal, compare, conjunction, disjunction, literals, negation
 from haverify.obligations.parts import Part
 from haverify.obligations.spread import spread
 from haverify.obligations.translate import OutsideFragmentError, Scope
@@ -103,7 +103,7 @@ def _dwelling(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int,
     premise = conjunction([model.mode(index).domain, more])
     for i in members:
         placement = _narrowed(place(model, cells.cells[i], None, setting.extra), more)
-        yield i, Question(body, premise, _more(more, cells.cells[i]), placement)
+        yield i, Question(body, premise, _more(more, cells.cells[i], model.params), placement)
 
 
 def _landing(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int, Question]]:
@@ -122,11 +122,15 @@ def _landing(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int, 
     premise = conjunction([guard, model.mode(edge.source).domain, arrived, more])
     for i, out in found:
         placement = _narrowed(place(model, cells.cells[i], out, setting.extra), more)
-        yield i, Question(body, premise, _more(more, cells.cells[i]), placement)
+        yield i, Question(body, premise, _more(more, cells.cells[i], model.params), placement)
 
 
-def _more(more: Formula, cell: Cell) -> bool:
-    return more is not True or any(not x.is_point for x in cell.entry.values())
+def _more(more: Formula, cell: Cell, params: Mapping[str, tuple[Q, Q]]) -> bool:
+    """Whether the box alone says less than is assumed; bounds on single params are in the box."""
+    inside = all(len(p.variables) == 1 and p.variables[0] in params and p.degree(p.variables[0]) == 1
+                 for p in (leaf.polynomial for leaf in literals(more)))  # fmt: skip
+    plain = inside and (isinstance(more, (bool, Literal)) or more.is_and)
+    return not plain or any(not x.is_point for x in cell.entry.values())
 
 
 def _narrowed(placement: Placement, more: Formula) -> Placement:

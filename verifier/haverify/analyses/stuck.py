@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from haverify.analyses.bounds import narrow
 from haverify.analyses.clocked import Cells, certain_from, certainly_lands, longest, moved
 from haverify.obligations.formula import literals
 
@@ -41,4 +42,5 @@ def certain_exit(cells: Cells, index: int, k: int) -> bool:
     before = {v: moved(x, slopes[v], Q(0), cell.dwell) for v, x in cell.entry.items()}
     allowed = model.mode(cell.mode).allowed or {}
     before = {v: x.meet(allowed[v]).closed if v in allowed else x for v, x in before.items()}
-    return longest(model, cell, cells.limit) == cell.dwell and certainly_lands(model, edge, before)
+    gate = narrow(edge.guard, before, model.params)
+    return gate is not None and longest(model, cell, cells.limit) == cell.dwell and certainly_lands(model, edge, gate)
