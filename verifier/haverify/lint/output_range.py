@@ -121,7 +121,7 @@ def _range(facts: Facts, automaton: HybridAutomaton, stated: Stated) -> tuple[Q,
     mode, name = stated.mode, stated.output.name
     key = ("curve", automaton.name, mode.name, name)
     found = facts.remembered(key, lambda: curve(facts, automaton, mode, Expr("let", (name,))))
-    if found is None or _is_within(found.bounds(), stated):
+    if found is None or _is_within(facts.remembered(("bounds", *key), found.bounds), stated):
         return None
     exact: tuple[Q, Q] = found.extremes()
     return None if _is_within(exact, stated) else exact

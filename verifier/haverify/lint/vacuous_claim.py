@@ -11,10 +11,12 @@ from haverify.lint._reach import live_edges, reached_modes
 from haverify.lint._registry import rule
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr
-from haverify.model.hybrid import HybridAutomaton
+from haverify.model.hybrid import HybridAutomaton, Mode
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction
 from haverify.solvers.conditions import Condition, decide
+from haverify.solvers.frame import Frame
+from haverify.solvers.literals import TooManyCasesError, cases
 
 
 @rule("HA602")
@@ -35,11 +37,21 @@ def is_never_true(facts: Facts, automaton: HybridAutomaton, premise: Expr) -> bo
     live = {id(e) for e in live_edges(facts, automaton)}
     for frame, mode, edge in situations(facts, automaton, premise):
         is_possible = mode.name in reached if edge is None else id(edge) in live and edge.source in reached
-        if is_possible:
-            answer = decide([Condition(premise, frame), Condition(mode.domain, frame, closed=True)])
-            if not isinstance(answer, Contradiction):
-                return False
+        if is_possible and _may_hold(premise, frame, mode):
+            return False
     return True
+
+
+def _may_hold(premise: Expr, frame: Frame, mode: Mode) -> bool:
+    """Whether the premise and the domain may hold together; often `at` and `jump` decide it."""
+    try:
+        folded = cases(premise, frame)
+    except TooManyCasesError:
+        return True
+    if not folded or () in folded:
+        return bool(folded)
+    answer = decide([Condition(premise, frame), Condition(mode.domain, frame, closed=True)])
+    return not isinstance(answer, Contradiction)
 
 
 def _finding(facts: Facts, claim: Claim, premise: Expr) -> Diagnostic:
