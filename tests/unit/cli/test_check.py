@@ -43,7 +43,7 @@ def verdicts(report: Any) -> dict[str, str]:
         (CLOCK + "property p on Clock {", 2),
         (CLOCK + "property p on Clock { always y <= 2 s }\n", 2),
         (CLOCK, 5),
-        ("", 5),
+        ('spec "Empty" version "1.0"\n', 5),
     ],
 )
 def test_exit_codes(haverify: Call, write: Write, text: str, code: int) -> None:

@@ -54,7 +54,7 @@ def _show(outcome: Outcome, form: str) -> None:
     if form == "json":
         put(as_line(outcome.report))
     elif form == "github":
-        put(github([finding(d, outcome.examined.sources) for d in [*outcome.examined.new, *outcome.problems]]))
+        put(github([finding(d, outcome.examined.sources) for d in [*_worth_showing(outcome), *outcome.problems]]))
         put(github_unknown(outcome))
     else:
         put(_findings(outcome))
@@ -77,13 +77,13 @@ def github_unknown(outcome: Outcome) -> str:
 
 
 def _findings(outcome: Outcome) -> str:
-    """The new errors and warnings; what is only information is for `lint`."""
-    shown = [d for d in outcome.examined.new if severity(d) in (Severity.ERROR, Severity.WARNING)]
-    return _spaced(shown, outcome)
-
-
-def _spaced(shown: list[Diagnostic], outcome: Outcome) -> str:
+    shown = _worth_showing(outcome)
     return render_all(shown, outcome.examined.sources, wants_colour()) + "\n" if shown else ""
+
+
+def _worth_showing(outcome: Outcome) -> list[Diagnostic]:
+    """The new errors and warnings; what is only information is for `lint`."""
+    return [d for d in outcome.examined.new if severity(d) in (Severity.ERROR, Severity.WARNING)]
 
 
 def _options(called: argparse.Namespace, here: Settings, path: str) -> Options:

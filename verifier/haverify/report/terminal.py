@@ -111,7 +111,7 @@ def _counts(report: Report) -> str:
     lines = (
         [f"{', '.join(counts) or 'no claims'}; {s.ok} of {total} as expected"] if total else ["no claim was decided"]
     )
-    findings = [f"{n} {word}" for n, word in ((s.errors, "errors"), (s.warnings, "warnings")) if n]
+    findings = [f"{n} {word}{'s' * (n > 1)}" for n, word in ((s.errors, "error"), (s.warnings, "warning")) if n]
     accepted = f"{s.accepted} accepted with a reason" if s.accepted else ""
     if findings or accepted:
         lines.append("findings: " + ", ".join([*findings, *([accepted] if accepted else [])]))

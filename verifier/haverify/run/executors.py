@@ -14,7 +14,6 @@ from fractions import Fraction
 from haverify.evidence.evidence import Evidence
 from haverify.model.spec import Spec
 
-
 _USUAL = Fraction(60)  # the budget, in s, that stands for the usual amount of work: limits are work, not time
 
 
