@@ -34,12 +34,12 @@ def text(e: Json) -> str:
 def understood(claim: Json) -> str:
     """A claim as this checker understood it."""
     goals = "; ".join(
-        g["kind"] + (f" during [{', '.join(map(text, g['window']))}]" if g["window"] else "") + f" {text(g['condition'])}"
-        + (f" within {text(g['within'])}" if g["within"] is not None else "") for g in claim["goals"])  # fmt: skip
+        g["kind"] + (f" during [{', '.join(map(text, g['window']))}]" if g["window"] else "")
+        + f" {text(g['condition'])}" + (f" within {text(g['within'])}" if g["within"] is not None else "") for g in claim["goals"])  # fmt: skip
     limits = [text(claim["horizon"]["time"]) + " s"] if claim["horizon"]["time"] is not None else []
     limits += [f"{claim['horizon']['jumps']} jumps"] if claim["horizon"]["jumps"] is not None else []
-    extra = (f"; within {', '.join(limits)}" if limits else "") + "".join(f"; assume {text(a)}" for a in claim["assume"])
-    return f"on {claim['on']}: {goals}{extra}"
+    extra = "".join(f"; assume {text(a)}" for a in claim["assume"])
+    return f"on {claim['on']}: {goals}{'; within ' if limits else ''}{', '.join(limits)}{extra}"
 
 
 class Check:
@@ -110,7 +110,8 @@ class Check:
         decided = verdict in ("proved", "refuted")
         if not decided and not shown:
             good = verdict == "unknown" and said["trust"] is None
-            return {**out, "outcome": "absent" if good else "refused", "reason": "nothing to show" if good else "a wrong verdict"}
+            kind, reason = ("absent", "nothing to show") if good else ("refused", "a wrong verdict")
+            return {**out, "outcome": kind, "reason": reason}
         if shown is None:
             lower = said["trust"] in ("enclosed", "solver")
             return {**out, "outcome": "beyond" if lower else "refused", "reason": "no certificate"}
@@ -181,7 +182,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     try:
         return run(Path(folders[0]), base, options)
-    except (Unreadable, Refused, RecursionError, MemoryError, OSError, ValueError, KeyError, TypeError, IndexError) as e:
+    except (Unreadable, Refused, RecursionError, MemoryError, OSError, ValueError, KeyError, TypeError,
+            IndexError) as e:  # fmt: skip
         why = str(e) if isinstance(e, (Unreadable, Refused)) else f"malformed ({type(e).__name__})"
         print(f"hacheck: {clean(why)[:300]}", file=sys.stderr)
         return 2

@@ -29,7 +29,7 @@ def _matrix(low: Fraction, high: Fraction, d: int) -> tuple[list[list[int]], int
 
     def entry(j: int, k: int) -> int:
         terms: Iterator[int] = (comb(j, i) * comb(d - j, k - i) * b**i * a ** (k - i) for i in range(min(j, k) + 1))
-        return sum(terms) * q ** (d - k) * (unit // comb(d, k))
+        return int(sum(terms) * q ** (d - k) * (unit // comb(d, k)))
 
     return [[entry(j, k) for k in range(d + 1)] for j in range(d + 1)], q**d * unit
 

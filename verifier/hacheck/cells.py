@@ -53,7 +53,8 @@ def empty(i: Interval) -> bool:
 
 def inside(a: Interval, b: Interval) -> bool:
     """Is a contained in b?"""
-    return (b[0] is None or (a[0] is not None and b[0] <= a[0])) and (b[1] is None or (a[1] is not None and a[1] <= b[1]))
+    below = b[0] is None or (a[0] is not None and b[0] <= a[0])
+    return below and (b[1] is None or (a[1] is not None and a[1] <= b[1]))
 
 
 def plus(i: Interval, c: Fraction, s: Interval) -> Interval:
@@ -313,7 +314,8 @@ class Cells:
                 edge, (box, sigma, _) = model.a["edges"][k], self.outcome(i, k, stay)
                 if box is not None:
                     jumps = None if c.jumps is None else c.jumps + 1
-                    self._contained(edge["target"], box, sigma, jumps, i if self.meeting else -1, f"edge {edge['name']}")
+                    after = i if self.meeting else -1
+                    self._contained(edge["target"], box, sigma, jumps, after, f"edge {edge['name']}")
 
     def cut(self, i: int, f: Formula, stay: Interval) -> Interval:
         """The scaled dwells at which f, closed, may hold as far as it bounds single variables."""
@@ -331,7 +333,7 @@ class Cells:
         return stay
 
     def outcome(self, i: int, k: int, stay: Interval) -> tuple[Box | None, Interval, Interval]:
-        """A box around the states that edge k makes of cell i, None where it cannot be taken; their scaled time; the dwell.
+        """A box around the states that edge k makes of cell i (None where it cannot be taken), their time, the dwells.
 
         An urgent edge may fire on the closure of its guard (S8), a plain one only where the guard holds as written.
         """
@@ -377,8 +379,9 @@ class Cells:
         if f[0] in ("and", "or"):
             return (any if f[0] == "and" else all)(self._passed(i, g, dwell) for g in f[1:])
         slopes, box = self.model.flow(self.cells[i].mode)[1], self.at(i, (dwell, dwell))
-        return any(slopes[v] > 0 and inside(box[v], (high, None)) if upper else slopes[v] < 0 and inside(box[v], (None, low))
-                   for v, upper, _, low, high in self.model.bounds(*f) or ())  # fmt: skip
+        return any(inside(box[v], (high, None)) if upper else inside(box[v], (None, low))
+                   for v, upper, _, low, high in self.model.bounds(*f) or ()
+                   if slopes[v] and (slopes[v] > 0) is upper)  # fmt: skip
 
     def due(self, i: int, k: int) -> tuple[Fraction, Fraction, Box] | None:
         """Where edge k certainly becomes enabled: the scaled dwells between which, and the states until then.
@@ -448,7 +451,7 @@ class Cells:
 
 
 def placement(cells: Cells, i: int, s: Interval, sets: Box) -> tuple[dict[str, Poly], Box]:
-    """State variables as polynomials of entry and dwell, and the box these vary in; points are numbers, not variables."""
+    """State variables as polynomials of entry and dwell, and the box these vary in; points are no variables."""
     c = cells.cells[i]
     box: Box = {**{p: cells.model.scope.box[p] for p in cells.model.scope.params}, **sets}
     parts: dict[str, Poly] = {}

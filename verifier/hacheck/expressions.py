@@ -244,7 +244,8 @@ class Instant:
         still, rates = self.scope.identity(self.mode), self.scope.rates(self.mode)
         cases = still.value(e)
         moving = {**rates, **({"sigma": self.scope.rho} if self.scope.rho is not None else {})}
-        if len(cases) > 1 or names(cases[0][2]) & set(moving) or (self.time is not None and "sigma" in names(cases[0][1])):
+        timed = self.time is not None and "sigma" in names(cases[0][1])
+        if len(cases) > 1 or names(cases[0][2]) & set(moving) or timed:
             raise Beyond("a derivative of what is no polynomial")
         slope = total(mul(derivative(cases[0][1], v), r) for v, r in moving.items())
         return substitute(slope, self.env, self._powers), cases[0][2]

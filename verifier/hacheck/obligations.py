@@ -92,7 +92,8 @@ def conjuncts(e: Json) -> list[Json]:
 
 def pushed(e: Json) -> Json:
     """An expression with a negation at its top pushed inwards by one level."""
-    inner = e[1] if isinstance(e, list) and len(e) == 2 and e[0] == "not" and isinstance(e[1], list) and e[1] else [None]
+    is_not = isinstance(e, list) and len(e) == 2 and e[0] == "not"
+    inner = e[1] if is_not and isinstance(e[1], list) and e[1] else [None]
     if inner[0] == "or":
         return ["and", *(["not", x] for x in inner[1:])]
     if inner[0] == "not":
@@ -145,8 +146,9 @@ class Setting:
         self.model = Model(Scope(core, automaton, rounding, Scope(core, automaton, rounding)))
         hidden = {c["name"] for c in automaton["constants"]}
         data = core.data
-        self.hash = canonical_hash({"automaton": automaton, "constants": mentioned(core, automaton, hidden), "params":
-                                    data["params"], "enums": data["enums"], "assumptions": data["assumptions"]})  # fmt: skip
+        shared = {key: data[key] for key in ("params", "enums", "assumptions")}
+        self.hash = canonical_hash(
+            {"automaton": automaton, "constants": mentioned(core, automaton, hidden), **shared})  # fmt: skip
         self.own = hidden & set(core.constants)
         self._cells: dict[tuple[str, bool], Cells | Refused] = {}
         self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
@@ -196,9 +198,9 @@ class Question:
         limits = [self._time(e) for e in (claim["horizon"]["time"], goal["within"], *window[1:]) if e is not None]
         self.limit = min(limits) if limits else None
         self.jumps = claim["horizon"]["jumps"]
-        if any(n[0] == "const" and len(n) == 2 and n[1] in setting.own for n in nodes([goal, claim["horizon"], claim["assume"]])):
-            raise Beyond("a constant of the claim that the automaton has too")
         about = {"goal": goal, "horizon": claim["horizon"], "assume": claim["assume"]}
+        if any(n[0] == "const" and len(n) == 2 and n[1] in setting.own for n in nodes(about)):
+            raise Beyond("a constant of the claim that the automaton has too")
         self.hash = canonical_hash({**about, "constants": mentioned(setting.core, about, set())})
 
     def _time(self, e: Json) -> Fraction:
@@ -279,7 +281,8 @@ class Question:
     def _outside(self, cells: Cells, at: Instant) -> list[Formula]:
         """Reasons why nothing is claimed at an instant in cells: outside the domain, the assumptions, the time."""
         mode = self.model.scope.modes[str(at.mode)]
-        if mode["terminal"] and any(n[0] == "time" for n in nodes([self.goal["condition"], mode["lets"], self.setting.a["lets"]])):
+        seen = [self.goal["condition"], mode["lets"], self.setting.a["lets"]] if mode["terminal"] else []
+        if any(n[0] == "time" for n in nodes(seen)):
             raise Beyond("time in a claim about a terminal mode")
         return [at.formula(mode["domain"], closed=True, outer=True), *(at.formula(a, True) for a in self.assume),
                 self._timing(at, cells.timed, mode["terminal"])]  # fmt: skip
@@ -303,8 +306,9 @@ class Question:
                     boxes.append((i, s, {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}))
             claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in JUMPY for n in nodes(c)))
             before = self.model.scope.identity(edge["source"])
+            domain = self.model.scope.modes[edge["source"]]["domain"]
             excuses = [before.formula(edge["guard"], closed=edge["urgent"], outer=True),
-                       before.formula(self.model.scope.modes[edge["source"]]["domain"], closed=True, outer=True)]  # fmt: skip
+                       before.formula(domain, closed=True, outer=True)]  # fmt: skip
         if not isinstance(proof, list) or len(proof) != len(boxes):
             raise Refused(f"the part {part.where} {part.output} concerns {len(boxes)} cells, its proof another number")
         f = disj([claimed, *excuses, *self._outside(cells, at)])
@@ -341,7 +345,8 @@ class Question:
             raise Refused("the cells do not track time")
         for i, c in enumerate(cells.cells):
             if c.meet is None:
-                if self.model.scope.modes[c.mode]["terminal"] or not any(cells.exits(i, k) for k in self.model.leaving[c.mode]):
+                leaves = any(cells.exits(i, k) for k in self.model.leaving[c.mode])
+                if self.model.scope.modes[c.mode]["terminal"] or not leaves:
                     raise Refused(f"a run need not leave a cell of mode {c.mode}")
                 continue
             if self.model.scope.modes[c.mode]["terminal"] and c.meet > 0:
@@ -356,8 +361,8 @@ class Question:
         end = walk.end
         if (self.limit is not None and end.time > self.limit) or (self.after is not None and end.time < self.after):
             raise Refused("a run ends at an instant that the claim does not speak of")
-        if self.jumps is not None and claim_ends_by_jumps(self) and (
-                end.jumps > self.jumps or (end.jumps == self.jumps and end.edge is None and end.jumps > 0)):  # fmt: skip
+        late = self.jumps is not None and (end.jumps, end.edge is None and end.jumps > 0) > (self.jumps, False)
+        if late and self.limit is None:  # beside a time, K jumps only limit the analysis (S24)
             raise Refused("a run makes more jumps than the claim speaks of")
 
     def _violated(self, part: Part, run: Json) -> None:
@@ -401,11 +406,6 @@ class Question:
             n[0] == "time" for n in nodes([self.goal["condition"], self.setting.a["lets"], self.setting.a["modes"]]))
         if not ((limit is not None and walk.time > limit) or ended or walk.stuck()):
             raise Refused("a run stops before the goal's time is over")
-
-
-def claim_ends_by_jumps(question: Question) -> bool:
-    """`within K jumps` alone is a horizon; beside a time K only limits the analysis (S24)."""
-    return question.limit is None
 
 
 def _literal(op: str, p: Poly) -> Formula:
