@@ -19,3 +19,7 @@ def test_a_start_inside(lint):
 def test_a_start_outside_altogether_is_another_finding(lint):
     found = lint(TEXT % "0.1 <= x <= 0.2")
     assert found.of("HA308") == [] and found.of("HA307")
+
+
+def test_time_is_zero_at_the_start(lint):
+    assert lint((TEXT % "-1 <= x <= 0").replace("domain x <= 0", "domain x <= 0 and time <= 1 s")).of("HA308") == []

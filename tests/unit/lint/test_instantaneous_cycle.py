@@ -3,7 +3,7 @@
 ROCKING = """automaton A {
   var x: 1 in [-2, 2]
   var v: 1/s in [-9 Hz, 9 Hz]
-  init L with { x := -1; v := 1 Hz }
+  init L with { x := %s; v := 0 Hz }
   mode L { domain x <= 0; flow { x' = v; v' = 0 s^-2 }; edge hitR: -> R when x == 0 and v %s 0 Hz }
   mode R { domain x >= 0; flow { x' = v; v' = 0 s^-2 }; edge hitL: -> L when x == 0 and v <= 0 Hz }
 }"""
@@ -22,13 +22,19 @@ automaton Ball {
 
 
 def test_two_edges_that_enable_each_other(lint):
-    (d,) = lint(ROCKING % ">=").of("HA402")
+    (d,) = lint(ROCKING % ("0", ">=")).of("HA402")
     assert d.message == "edges hitR and hitL can fire in turn with no time passing"
     assert d.notes == ("at x = 0, v = 0 s^-1 every guard holds and the resets keep the point",)
 
 
+def test_a_state_that_no_run_is_known_to_reach_is_a_risk(lint):
+    found = lint(ROCKING % ("-1", ">="))
+    assert found.of("HA402") == []
+    assert "hitR, hitL may tend to 0" in found.of("HA401")[0].message
+
+
 def test_one_strict_guard_breaks_the_cycle(lint):
-    assert lint(ROCKING % ">").of("HA402") == []
+    assert lint(ROCKING % ("0", ">")).of("HA402") == []
 
 
 def test_a_ball_comes_to_rest_in_infinitely_many_bounces(lint):

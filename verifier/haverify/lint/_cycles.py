@@ -9,7 +9,7 @@ from haverify.lint._wording import edge_name
 from haverify.lint.overlapping_guards import has_equality
 from haverify.maths.polynomial import variable
 from haverify.model.hybrid import Edge, HybridAutomaton
-from haverify.solvers.answer import Answer, Undecided
+from haverify.solvers.answer import Answer, Holds, Undecided
 from haverify.solvers.conditions import Condition
 from haverify.solvers.frame import Frame
 from haverify.solvers.literals import Case, Literal, TooManyCasesError
@@ -88,3 +88,10 @@ def _same(frame: Frame) -> Case:
 def is_identity(cycle: Cycle) -> bool:
     """Whether no edge of the cycle changes anything."""
     return not any(e.resets for e in cycle)
+
+
+def is_reached(facts: Facts, automaton: HybridAutomaton, cycle: Cycle, answer: Holds) -> bool:
+    """Whether a run certainly starts at the state found; where the cycle changes nothing, in any of its modes."""
+    modes = facts.modes(automaton)
+    where = cycle if is_identity(cycle) else cycle[:1]
+    return answer.is_exact and any(facts.is_start(automaton, modes[e.source], answer.point) for e in where)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeVar
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.lint._wording import edge_name
-from haverify.maths.polynomial import Polynomial, variable
+from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Assign, Edge, HybridAutomaton, Init, Mode
 from haverify.model.spec import Spec
@@ -201,8 +202,33 @@ class Facts:
             conditions = [Condition(init.where, after)]
             if in_domain is not None:
                 conditions.append(Condition(mode.domain, after, holds=in_domain, closed=True))
-            answers.append(decide(conditions, o.case))
+            answers.append(decide(conditions, (*o.case, Literal(variable("time"), "=="))))
         return any_of(answers)
+
+    def is_start(self, automaton: HybridAutomaton, mode: Mode, point: Mapping[str, Fraction]) -> bool:
+        """Whether a state certainly is one that an init line allows."""
+        here = tuple(
+            Literal(variable(n) - constant(v), "==") for n, v in point.items() if n in self.scope(automaton).vars
+        )
+        for init in automaton.init:
+            if init.mode in (None, mode.name) and not init.assigns:
+                frame = self.frame(automaton, mode)
+                answer = decide([Condition(init.where, frame), Condition(mode.domain, frame, closed=True)], here)
+                if isinstance(answer, Holds) and answer.is_exact:
+                    return True
+            elif init.mode in (None, mode.name) and self._assigns(automaton, mode, init, point):
+                return True
+        return False
+
+    def _assigns(self, automaton: HybridAutomaton, mode: Mode, init: Init, point: Mapping[str, Fraction]) -> bool:
+        frame = self.frame(automaton, mode)
+        for o in self.outcomes(frame, init.assigns):
+            names = self.scope(automaton).vars.keys() & point.keys()
+            same = all((o.values[n].constant if n in o.values else None) == point[n] for n in names)
+            inside = decide([Condition(mode.domain, frame.after(mode, o.values), closed=True)], o.case)
+            if same and init.where.op == "true" and isinstance(inside, Holds) and inside.is_exact:
+                return True
+        return False
 
 
 def allowed(automaton: HybridAutomaton, init: Init) -> list[Mode]:

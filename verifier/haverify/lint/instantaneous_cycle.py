@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
-from haverify.lint._cycles import Cycle, cycles, is_identity, returns
+from haverify.lint._cycles import Cycle, cycles, is_identity, is_reached, returns
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name, point_text
@@ -16,11 +16,14 @@ from haverify.solvers.answer import Holds
 
 @rule("HA402")
 def instantaneous_cycle(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """At some state every guard of the cycle holds in turn and the resets lead back to it."""
+    """At a start of the automaton every guard of the cycle holds in turn and the resets lead back to it.
+
+    At a state of which nobody knows whether runs reach it this is a risk: HA401.
+    """
     for automaton in spec.automata:
         for cycle in cycles(facts, automaton):
             answer = returns(facts, "HA402", automaton, cycle)
-            if isinstance(answer, Holds) and answer.is_exact:
+            if isinstance(answer, Holds) and is_reached(facts, automaton, cycle, answer):
                 yield _finding(facts, automaton, cycle, answer)
 
 

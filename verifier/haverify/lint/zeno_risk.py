@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
-from haverify.lint._cycles import Cycle, cycles, is_identity, returns
+from haverify.lint._cycles import Cycle, cycles, is_identity, is_reached, returns
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
 from haverify.lint._wording import edge_name, point_text
@@ -16,11 +16,17 @@ from haverify.solvers.answer import Holds
 
 @rule("HA401")
 def zeno_risk(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """With closed guards, some state passes the cycle at one instant and is unchanged by it; a reset is on the way."""
+    """Some state passes the cycle at one instant and is unchanged by it; runs may come ever closer to it.
+
+    Where a reset is on the way guards are read as closed. What certainly happens is HA402.
+    """
     for automaton in spec.automata:
         for cycle in cycles(facts, automaton):
-            answer = None if is_identity(cycle) else returns(facts, "HA401", automaton, cycle, closed=True)
-            if isinstance(answer, Holds) and answer.is_exact:
+            still = is_identity(cycle)
+            answer = returns(facts, "HA401", automaton, cycle, closed=not still)
+            if not isinstance(answer, Holds) or not answer.is_exact:
+                continue
+            if not still or not is_reached(facts, automaton, cycle, answer):
                 yield _finding(facts, automaton, cycle, answer)
 
 

@@ -83,6 +83,8 @@ def _ranges(scope: Scope, names: set[str]) -> list[Case]:
     frame = Frame(scope)
     found: list[Case] = [()]
     relevant = names & (scope.params.keys() | scope.inputs.keys())
+    if "time" in names:
+        found = [(Literal(-variable("time"), "<="),)]
     for name in sorted(relevant):
         declared = scope.params[name] if name in scope.params else scope.inputs[name]
         op = "param" if name in scope.params else "input"
