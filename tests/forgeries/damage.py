@@ -8,6 +8,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 Forge = Callable[[Path], None]
@@ -230,7 +231,7 @@ def _cells_damages(path: Path, data: dict, folder: Path) -> Iterator[tuple[str, 
 
 def _swaps(folder: Path) -> Iterator[tuple[str, Forge]]:
     files = sorted(p.relative_to(folder) for p in (folder / "certificates").glob("*.json"))
-    for a, b in zip(files, files[1:], strict=False):
+    for a, b in pairwise(files):
         yield f"swapped {a.stem} and {b.stem}", _swap(a, b)
         yield f"{a.stem} with the goals of {b.stem}", _goals_of(a, b)
 

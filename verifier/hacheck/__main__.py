@@ -33,13 +33,15 @@ def text(e: Json) -> str:
 
 def understood(claim: Json) -> str:
     """A claim as this checker understood it."""
-    goals = "; ".join(
-        g["kind"] + (f" during [{', '.join(map(text, g['window']))}]" if g["window"] else "")
-        + f" {text(g['condition'])}" + (f" within {text(g['within'])}" if g["within"] is not None else "") for g in claim["goals"])  # fmt: skip
+    goals = []
+    for g in claim["goals"]:
+        during = f" during [{', '.join(map(text, g['window']))}]" if g["window"] else ""
+        within = f" within {text(g['within'])}" if g["within"] is not None else ""
+        goals.append(f"{g['kind']}{during} {text(g['condition'])}{within}")
     limits = [text(claim["horizon"]["time"]) + " s"] if claim["horizon"]["time"] is not None else []
     limits += [f"{claim['horizon']['jumps']} jumps"] if claim["horizon"]["jumps"] is not None else []
     extra = "".join(f"; assume {text(a)}" for a in claim["assume"])
-    return f"on {claim['on']}: {goals}{'; within ' if limits else ''}{', '.join(limits)}{extra}"
+    return f"on {claim['on']}: {'; '.join(goals)}{'; within ' if limits else ''}{', '.join(limits)}{extra}"
 
 
 class Check:
@@ -48,8 +50,9 @@ class Check:
     def __init__(self, folder: Path, with_report: bool) -> None:
         self.folder = folder
         self.core = Core(read_json(folder / "core.json"))
-        self.report: Json = read_json(folder / "report.json") if with_report else None
+        self.report: Json = None
         if with_report:
+            self.report = read_json(folder / "report.json")
             check_shape(self.report, {"claims": REPORT, "inputs": list}, "report")
             by_name(self.report["claims"], "claims of the report")
         certificates = folder / "certificates"

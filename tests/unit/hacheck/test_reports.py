@@ -1,6 +1,7 @@
 """Whole report folders: what the checker accepts, and what it refuses."""
 
 import copy
+import hashlib
 import importlib.util
 import json
 from pathlib import Path
@@ -234,8 +235,8 @@ def test_every_damage_is_refused(tmp_path):
 @pytest.mark.parametrize(
     "text",
     [
-        b"", b"{", b"\x00\xff", b"[" * 200_000, b"{\"a\":1,\"a\":2}", b"NaN", b"1.5", b"9" * 5000, b"{}", b"[]", b"null",
-        b"\"\\ud800\"",
+        b"", b"{", b"\x00\xff", b"[" * 200_000, b"{\"a\":1,\"a\":2}", b"NaN", b"1.5", b"9" * 5000, b"{}", b"[]",
+        b"null", b"\"\\ud800\"",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("name", ["core.json", "report.json", "certificates/low.json", "certificates/cells/c.json"])
@@ -247,7 +248,9 @@ def test_hostile_files_are_refused_in_one_line(tmp_path, capsys, name, text):
 
 
 @pytest.mark.parametrize(
-    "number", ["1e999999999", "9" * 1_000_000, "1/0", "1.5", "", "0x1", "１", "-", "1/-2", "inf", None, 1, True, ["^", "9", "999999999"]]
+    "number",
+    ["1e999999999", "9" * 1_000_000, "1/0", "1.5", "", "0x1", "１", "-", "1/-2", "inf", None, 1, True,
+     ["^", "9", "999999999"]],
 )  # fmt: skip
 def test_hostile_numbers_are_refused(tmp_path, number):
     folder = true_folder(tmp_path)
@@ -267,7 +270,8 @@ def test_cyclic_constants_and_deep_trees_are_refused(tmp_path):
     for _ in range(900):
         deep = ["s", "s", "1/2", deep, "b"]
     data = T.core([LOW])
-    proofs = {"low": T.certificate(data, LOW, "proved", T.on_cells(T.part("dwell", "A", "y", proof=[deep]), LOW_PARTS[1]))}
+    entry = T.on_cells(T.part("dwell", "A", "y", proof=[deep]), LOW_PARTS[1])
+    proofs = {"low": T.certificate(data, LOW, "proved", entry)}
     assert main([str(T.write(tmp_path / "deep", data, proofs))]) == 1
 
 
@@ -296,8 +300,6 @@ def test_table_numbers_are_those_of_the_cells(tmp_path, monkeypatch, text, code)
     cell = {"file": "t.csv", "row": 2, "column": "v", "number": "3/2", "constant": "T_a_v"}
     data = T.core([LOW], constants=[T.const("T_a_v", "3/2")], cells=[cell])
     proofs = {"low": T.certificate(data, LOW, "proved", T.on_cells(*LOW_PARTS))}
-    import hashlib
-
     inputs = [{"path": p, "sha256": hashlib.sha256(text.encode()).hexdigest()} for p in ("t.csv", "s.ha")]
     folder = T.write(tmp_path / "r", data, proofs, inputs=inputs)
     assert main([str(folder)]) == code

@@ -145,7 +145,8 @@ def certificate(data, owner, verdict, *goals, rounding=None):
             for p in entry.get("parts", []):
                 p["hash"] = part_hash(data, owner, aim, p["kind"], p["where"], p["output"])
     return {
-        "schema": "haverify.certificate/1", "claim": owner["name"], "verdict": verdict, "goals": entries, "rounding": wide,
+        "schema": "haverify.certificate/1", "claim": owner["name"], "verdict": verdict, "goals": entries,
+        "rounding": wide,
     }  # fmt: skip
 
 
