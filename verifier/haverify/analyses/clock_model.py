@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -10,7 +10,7 @@ from functools import cached_property
 from haverify.analyses.bounds import EVERYTHING, Box, Interval, narrow
 from haverify.maths.bernstein import bounds as range_on
 from haverify.maths.polynomial import Polynomial, constant, variable
-from haverify.model.expression import Expr
+from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Assign, HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
@@ -118,6 +118,18 @@ class ClockModel:
             else:
                 box[v.name] = EVERYTHING if v.range is None else Interval(*self.values.interval(v.range))
         return box
+
+    @cached_property
+    def timed_lets(self) -> frozenset[str]:
+        """The lets that read `time`, in any mode, directly or through others."""
+        lets = [*self.automaton.lets, *(o for m in self.automaton.modes for o in m.lets)]
+        found: set[str] = set()
+        grown = True
+        while grown:
+            new = {o.name for o in lets if o.name not in found and reads_time(o.expr, found)}
+            found |= new
+            grown = bool(new)
+        return frozenset(found)
 
     @cached_property
     def rho(self) -> Polynomial | None:
@@ -245,6 +257,11 @@ class ClockModel:
             f"the jump {edge.name}", values, after.lets, after.constants, after.symbols, after.truths, after.rates, after.time,
             self.params, landing
         )
+
+
+def reads_time(e: Expr, lets: Set[str]) -> bool:
+    """Whether an expression mentions `time` or one of the lets."""
+    return any(n.op == "time" or (n.op == "let" and n.args[0] in lets) for n in nodes(e))
 
 
 def mode_index(model: ClockModel, mode: Mode) -> int:

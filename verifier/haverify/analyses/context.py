@@ -15,6 +15,7 @@ from haverify.analyses.poly_range import Ranges
 from haverify.analyses.questions import rounding_box, symbolic_model
 from haverify.analyses.violation import Explorers
 from haverify.evidence.certificate import end_json, start_json
+from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.formula import literals
@@ -40,6 +41,9 @@ class Context:
     ranges: Ranges = field(default_factory=Ranges)
     _cells: dict[tuple[Q | None, int | None], Cells] = field(default_factory=dict)
 
+    starts: dict[tuple[Expr, ...], tuple[State, dict[str, Q]] | None] = field(default_factory=dict)
+    _values: dict[tuple[Q | None, int | None], Json] = field(default_factory=dict)
+
     @cached_property
     def model(self) -> ClockModel:
         """The automaton, compiled."""
@@ -60,6 +64,13 @@ class Context:
         if (time, jumps) not in self._cells:
             self._cells[time, jumps] = explore(self.model, time, jumps)
         return self._cells[time, jumps]
+
+    def cells_value(self, found: Cells) -> Json:
+        """The file of cells as a JSON value, one for all claims that rest on them."""
+        key = (found.time, found.jumps)
+        if key not in self._values:
+            self._values[key] = cells_json(found)
+        return self._values[key]
 
     def known_cells(self) -> Iterator[tuple[tuple[Q | None, int | None], Cells]]:
         """All cells computed so far, with their horizons."""

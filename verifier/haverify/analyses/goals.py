@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.always import Judged, judge
+from haverify.analyses.clock_model import reads_time
 from haverify.analyses.clocked import Cells
-from haverify.analyses.context import Context, cells_json, cells_name, state_json
+from haverify.analyses.context import Context, cells_name, state_json
 from haverify.analyses.counterexample import choices
 from haverify.analyses.motion import Motion, State
 from haverify.analyses.poly_range import Work
@@ -50,7 +51,7 @@ def decide_always(context: Context, setting: Setting, number: int, work: Work) -
     """An `always` goal, or (`can_reach` by its negation) that a condition is never met."""
     asked = list(parts(condition_of(setting.goal), context.automaton, context.model.index))
     cells, judged = _on_cells(context, setting, asked, work)
-    start = first_start(context, setting)
+    start = _start(context, setting)
     if start is None:
         return _vacuous("no admissible start satisfies what is assumed")
     if setting.goal.kind == "always":
@@ -67,7 +68,7 @@ def decide_always(context: Context, setting: Setting, number: int, work: Work) -
     name = cells_name(context.automaton.name, cells.time, cells.jumps)
     answer.entry = cells_goal(name, state_json(context.model, *start), entries)
     if any("proof" in e for e in entries):
-        answer.cells[name] = cells_json(cells)
+        answer.cells[name] = context.cells_value(cells)
     _total_margin(answer)
     return answer
 
@@ -109,13 +110,15 @@ def _horizons(setting: Setting) -> Iterator[tuple[Q | None, int | None]]:
 
 
 def _reads_time(setting: Setting) -> bool:
-    automaton = setting.model.automaton
     read = [setting.goal.condition, *setting.claim.assume, *setting.model.spec.assumptions]
-    lets = [o.expr for o in automaton.lets] + [o.expr for m in automaton.modes for o in m.lets]
-    if any(n.op == "time" for e in read for n in nodes(e)):
-        return True
-    used = {n.name for e in read for n in nodes(e) if n.op == "let"}
-    return bool(used) and any(n.op == "time" for e in lets[:2000] for n in nodes(e))
+    return any(reads_time(e, setting.model.timed_lets) for e in read)
+
+
+def _start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]] | None:
+    """`first_start`, kept for the claims that assume the same."""
+    if setting.claim.assume not in context.starts:
+        context.starts[setting.claim.assume] = first_start(context, setting)
+    return context.starts[setting.claim.assume]
 
 
 def first_start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]] | None:

@@ -32,7 +32,8 @@ class Hashes:
     @cached_property
     def model(self) -> str:
         """M: everything about the automaton that a verdict may rest on."""
-        automaton = automaton_to_json(self.automaton)
+        listed = (a for a in self.core["automata"] if a["name"] == self.automaton.name)
+        automaton = next(listed, None) or automaton_to_json(self.automaton)
         params, assumptions = self.core["params"], self.core["assumptions"]
         value = {
             "automaton": automaton,
