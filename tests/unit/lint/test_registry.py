@@ -1,7 +1,8 @@
 """The registry: rules by folder, one message per cause, deterministic order."""
 
 from haverify.diagnostics.codes import CATALOGUE
-from haverify.lint._registry import rules
+from haverify.lint._facts import Facts
+from haverify.lint._registry import _checked, rules
 
 FAMILY = """enum Phase { a, b, c }
 automaton A {
@@ -30,3 +31,11 @@ def test_the_order_is_that_of_codes_then_places(lint):
     keys = [(d.code, d.span.start if d.span else -1) for d in found]
     assert keys == sorted(keys)
     assert lint(FAMILY).found == found
+
+
+def test_a_check_that_runs_too_deep_says_so():
+    def deep(spec, facts):
+        return deep(spec, facts)
+
+    (d,) = _checked("HA201", deep, None, Facts(None))
+    assert (d.code, d.message) == ("HA900", "HA201: an expression is nested too deeply for this check")

@@ -45,8 +45,15 @@ def run_lint(spec: Spec, sources: Mapping[str, Source]) -> list[Diagnostic]:
     `sources` are the texts that spans refer to, by path; they serve the wording and the fixes only.
     """
     facts = Facts(spec, sources)
-    found = [d for check in rules().values() for d in check(spec, facts)]
+    found = [d for code, check in rules().items() for d in _checked(code, check, spec, facts)]
     return sorted(_merged([*found, *facts.undecided]), key=_place)
+
+
+def _checked(code: str, check: Rule, spec: Spec, facts: Facts) -> list[Diagnostic]:
+    try:
+        return list(check(spec, facts))
+    except RecursionError:
+        return [Diagnostic("HA900", f"{code}: an expression is nested too deeply for this check")]
 
 
 def _place(d: Diagnostic) -> tuple[str, str, int, int, str]:
