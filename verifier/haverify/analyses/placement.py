@@ -45,7 +45,7 @@ class Placement:
         if isinstance(t, str):
             return t
         if t[0] == "e":
-            return ["e", list(t[1]), self.tree(t[2])]
+            return ["e", [DWELL if v == self.axis else v for v in t[1]], self.tree(t[2])]
         _, v, q, left, right = t
         left, right = self.tree(left), self.tree(right)
         if v != self.axis:
