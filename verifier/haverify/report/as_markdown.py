@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from haverify.report.exit_codes import MEANING
 from haverify.report.report import Claim, Report
+from haverify.report.terminal import with_unit
 
 _ROWS = 40
 
@@ -34,7 +35,7 @@ def as_markdown(report: Report) -> str:
 
 
 def _row(c: Claim) -> str:
-    margin = f"{c.margin.decimal} {c.margin.unit}".strip() if c.margin else ""
+    margin = with_unit(c.margin) if c.margin else ""
     verdict = c.verdict if c.ok else f"**{c.verdict}**"
     return f"| {_cell(c.name)} | {verdict} | {c.expected} | {c.trust or ''} | {_cell(margin)} |"
 

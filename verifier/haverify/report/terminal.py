@@ -51,11 +51,16 @@ def _row(c: Claim, width: int, colour: bool) -> str:
     return f"  {mark} {word}  {c.name:<{width}}  {'; '.join(tail)}".rstrip()
 
 
+def with_unit(m: Margin) -> str:
+    """A margin as a decimal with its unit, which a plain number has not."""
+    return m.decimal if m.unit in ("", "1") else f"{m.decimal} {m.unit}"
+
+
 def _margin(m: Margin | None) -> str:
     if m is None:
         return ""
     at = f" at {m.at}" if m.at else ""
-    return f"margin {m.decimal} {m.unit}".rstrip() + at
+    return f"margin {with_unit(m)}{at}"
 
 
 def _details(c: Claim) -> str:
