@@ -2,10 +2,10 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.unit.elaborate.texts import read
 
 from haverify.elaborate.expand import expand
 from haverify.model.core import canonical, expr_from_json, expr_to_json, to_core
-from tests.unit.elaborate.texts import read
 
 LAW = settings(max_examples=150, deadline=None, derandomize=True)
 DECLARED = """

@@ -1,7 +1,8 @@
 """Sugar and what it stands for."""
 
-from haverify.model.core import expr_to_json, to_core
 from tests.unit.elaborate.texts import healthy
+
+from haverify.model.core import expr_to_json, to_core
 
 CYCLE = """
 enum Phase { LR, TS }
@@ -160,7 +161,13 @@ property p for i in I { holds before(i) <= 1 }
 def test_system_names_syncs_and_priorities() -> None:
     text = """
 enum I = 1..2
-automaton A { var x: s; init M with x := 0 s; mode M { flow { x' = 1 }; edge go: -> M; edge halt: -> N }; mode N { flow { x' = 1 } } }
+automaton A {
+  var x: s
+  init M with x := 0 s
+  flow { x' = 1 }
+  mode M { edge go: -> M; edge halt: -> N }
+  mode N { terminal }
+}
 system S {
   part a for i in I = A
   part b = A

@@ -3,9 +3,9 @@
 from fractions import Fraction
 
 import pytest
+from tests.unit.elaborate.texts import healthy, read
 
 from haverify.model.core import expr_to_json
-from tests.unit.elaborate.texts import healthy, read
 
 POLY = """
 enum Phase { LR, TS }

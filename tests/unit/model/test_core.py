@@ -2,8 +2,9 @@
 
 import json
 
-from haverify.model.core import canonical, expr_from_json, expr_to_json, to_core
 from tests.unit.elaborate.texts import healthy
+
+from haverify.model.core import canonical, expr_from_json, expr_to_json, to_core
 
 BALL = """spec "Ball" version "1.0"
 const g: m/s^2 = 9.81 m/s^2
@@ -67,11 +68,13 @@ def test_canonical_json() -> None:
 
 def test_expressions_there_and_back() -> None:
     texts = [
-        "1/3", True, ["pi"], ["time"], ["scale", "1/180", 1, ["var", "x"]], ["sym", "E", "a"], ["if", ["at", "M"], "1", "2"],
-        ["field", ["next", "C", ["bound", "c"]], "leg"], ["forall", "c", "Cell", ["defined", ["next", "C", ["bound", "c"]]]],
-        ["fuzzy", "F", "out", [["a", "1"], ["b", ["var", "x"]]]], ["table", "T", "y", ["time"]], ["covered", "F", "a", "1/2"],
+        "1/3", True, ["pi"], ["time"], ["scale", "1/180", 1, ["var", "x"]], ["sym", "E", "a"],
+        ["if", ["at", "M"], "1", "2"], ["field", ["next", "C", ["bound", "c"]], "leg"],
+        ["forall", "c", "Cell", ["defined", ["next", "C", ["bound", "c"]]]], ["table", "T", "y", ["time"]],
+        ["fuzzy", "F", "out", [["a", "1"], ["b", ["var", "x"]]]], ["covered", "F", "a", "1/2"],
         ["until", "0", "1", ["jumped"], ["jump", "e"]], ["is", "a", "small"], ["cell", "Cell", "0101"],
-        ["net", "N", "u", ["var", "x"]], ["related", "R", ["bound", "c"]], ["pre", ["let", "y"]], ["strength", "F", "t"],
+        ["net", "N", "u", ["var", "x"]], ["related", "R", ["bound", "c"]], ["pre", ["let", "y"]],
+        ["strength", "F", "t"],
     ]  # fmt: skip
     for value in texts:
         assert expr_to_json(expr_from_json(value)) == value

@@ -18,7 +18,8 @@ def unit(text: str) -> Unit:
     [
         ("deg", "rad", (Fraction(1, 180), 1)), ("rad", "deg", (Fraction(180), -1)), ("rad", "1", (Fraction(1), 0)),
         ("km/h", "m/s", (Fraction(5, 18), 0)), ("N", "kg.m/s^2", (Fraction(1), 0)), ("Hz", "1/s", (Fraction(1), 0)),
-        ("%", "1", (Fraction(1, 100), 0)), ("deg/s^2", "rad/s^2", (Fraction(1, 180), 1)), ("min", "ms", (Fraction(60000), 0)),
+        ("%", "1", (Fraction(1, 100), 0)), ("deg/s^2", "rad/s^2", (Fraction(1, 180), 1)),
+        ("min", "ms", (Fraction(60000), 0)),
     ],
 )  # fmt: skip
 def test_conversion(source: str, target: str, factor: tuple[Fraction, int]) -> None:

@@ -14,7 +14,6 @@ from haverify.model.spec import Allowed, Cell, EnumType, UnitDef
 from haverify.model.unit import BUILTIN, ONE, NamedUnit, Unit, parse_unit
 from haverify.text.span import Span
 
-
 MAX_CHAIN = 500
 """Definitions elaborated while others wait for them."""
 
@@ -102,8 +101,8 @@ class Context:
         self._depth += 1
         try:
             if self._depth > MAX_CHAIN:
-                self.fail("HA008", f"'{symbol.name}' ends a chain of {MAX_CHAIN} definitions, each read before it is made",
-                          symbol.span, help="declare what others read before them")  # fmt: skip
+                told = f"'{symbol.name}' ends a chain of {MAX_CHAIN} definitions, each read before it is made"
+                self.fail("HA008", told, symbol.span, help="declare what others read before them")
             assert symbol.make is not None
             symbol.make()
         except (Lost, NeedsMode):
