@@ -51,10 +51,11 @@ class Check:
         self.folder = folder
         self.core = Core(read_json(folder / "core.json"))
         self.report: Json = None
+        self.listed: dict[str, Json] = {}
         if with_report:
             self.report = read_json(folder / "report.json")
             check_shape(self.report, {"claims": REPORT, "inputs": list}, "report")
-            by_name(self.report["claims"], "claims of the report")
+            self.listed = by_name(self.report["claims"], "claims of the report")
         certificates = folder / "certificates"
         if certificates.is_symlink() or (certificates / "cells").is_symlink():
             raise Unreadable("the certificates are elsewhere")
@@ -87,7 +88,7 @@ class Check:
 
     def claim(self, claim: Json) -> dict[str, Json]:
         """The outcome for one claim."""
-        said = next((c for c in self.listed if c["name"] == claim["name"]), None)
+        said = self.listed.get(claim["name"])
         verdict = said["verdict"] if said else None
         try:
             shown = self._established(claim)
@@ -126,11 +127,6 @@ class Check:
             ("the rounding verdict is another", (rounded if rounded in ("proved", "refuted") else None) != shown[1]),
             ("the parts of the report are others", bool(shown[2]) and parts != sorted(shown[2]))) if bad]  # fmt: skip
         return {**out, "outcome": "refused", "reason": wrong[0]} if wrong else out
-
-    @property
-    def listed(self) -> list[Json]:
-        """The report's claims."""
-        return self.report["claims"] if self.report else []
 
 
 def file_name(claim: str) -> str:
