@@ -16,7 +16,7 @@ from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel
 from haverify.maths.bernstein import bounds as range_on
 from haverify.maths.polynomial import Polynomial
 from haverify.model.hybrid import Assign, Init, Range
-from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, truth
+from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, negation, truth
 from haverify.obligations.translate import OutsideFragmentError
 
 Q = Fraction
@@ -307,15 +307,19 @@ def _literal_from(f: Literal, model: ClockModel, cell: Cell) -> Q | None:
 
 def certainly_lands(model: ClockModel, edge: ClockEdge, before: Box) -> bool:
     """Whether every outcome of the edge from the box lies in the target's domain."""
-    after = outcome(model, edge, before)
+    return certainly(model, model.mode(edge.target).domain, outcome(model, edge, before))
+
+
+def certainly(model: ClockModel, f: Formula, box: Box) -> bool:
+    """Whether the formula holds on the whole box, by the range of each of its polynomials."""
 
     def of(leaf: Literal) -> bool | None:
-        inside = image_or_none(leaf.polynomial, after, model)
+        inside = image_or_none(leaf.polynomial, box, model)
         if inside is None or inside.low is None or inside.high is None:
             return _half_bounded(leaf, inside)
         return by_bounds(leaf.op, inside.low, inside.high)
 
-    return truth(model.mode(edge.target).domain, of) is True
+    return truth(f, of) is True
 
 
 def _half_bounded(leaf: Literal, inside: Interval | None) -> bool | None:
@@ -357,6 +361,8 @@ def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None, stric
         return None
     before = {v: moved(x, mode.slopes[v], *during).meet(gate[v]).closed for v, x in cell.entry.items()}
     if any(x.is_empty for x in before.values()):
+        return None
+    if not edge.urgent and certainly(model, negation(edge.guard), before):
         return None
     after = narrow(model.mode(edge.target).domain, outcome(model, edge, before), model.params)
     if after is None:
