@@ -16,10 +16,10 @@ def generate(folder: Path, modes: int = MODES, outputs: int = OUTPUTS, as_family
     names = [f"M{k}" for k in range(modes)]
     for j in range(outputs):
         rows = [f"M{k},{_coefficients(k, j)}" for k in range(modes)]
-        (folder / f"t{j}.csv").write_text("\n".join(["mode,p1,p2,p3", *rows]) + "\n", encoding="utf-8")
+        (folder / f"t{j}.csv").write_text("\n".join(["phase,p1,p2,p3", *rows]) + "\n", encoding="utf-8")
     lines = ['spec "Large" version "1.0"', f"enum Phase {{ {', '.join(names)} }}"]
     for j in range(outputs):
-        lines.append(f'table T{j} from "t{j}.csv" {{ key mode: Phase; poly p1..p3 descending in x: s -> deg }}')
+        lines.append(f'table T{j} from "t{j}.csv" {{ key phase: Phase; poly p1..p3 descending in x: s -> deg }}')
     path = folder / ("large.ha" if as_family else "large_each.ha")
     path.write_text("\n".join([*lines, *_automaton(names, outputs), *_claims(names, outputs, as_family)]) + "\n")
     return path
