@@ -113,6 +113,7 @@ class Core:
         self.data = data
         self.enums, self.constants = by_name(data["enums"], "enums"), by_name(data["constants"], "constants")
         self.automata, self.claims = by_name(data["automata"], "automata"), by_name(data["claims"], "claims")
+        self.order = {name: i for i, name in enumerate(self.constants)}
         by_name(data["params"], "params")
         for a in data["automata"]:
             self._check_automaton(a)

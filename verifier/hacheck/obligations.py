@@ -48,7 +48,7 @@ def mentioned(core: Core, value: Json, hidden: set[str]) -> list[Json]:
         found |= new
         values = [core.constants[n]["value"] for n in new if n in core.constants]
         new = {n[1] for n in nodes(values) if n[0] == "const" and len(n) == 2 and isinstance(n[1], str)} - found
-    return [c for c in core.data["constants"] if c["name"] in found]
+    return [core.constants[n] for n in sorted(found & core.order.keys(), key=core.order.__getitem__)]
 
 
 def fold(e: Json, mode: str, edge: Json) -> bool | None:
