@@ -26,7 +26,8 @@ def polynomial(coefficients):
 
 
 def schedule(polynomials, urgent=True, last="1"):
-    """Modes M0, M1, ... for one second each on a clock x; y is the mode's polynomial; the last guard is x >= k - 1 + last."""
+    """Modes M0, M1, ... for one second each on a clock x; y is the mode's polynomial; the last guard is x
+    >= k - 1 + last."""
     k = len(polynomials)
     modes, edges = [], []
     for i, p in enumerate(polynomials):

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.unit.analyses.models import X, Y, always, claim, n, op, schedule, spec
 
 from haverify.analyses.portfolio import decide_all
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.model.claim import Goal
 from haverify.model.core import canonical, to_core
 from haverify.model.expression import Expr
-from tests.unit.analyses.models import X, Y, always, claim, n, op, schedule, spec
 
 ROOT = Path(__file__).parents[3]
 

@@ -50,7 +50,9 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
     """Prove a part on every cell it concerns, as far as possible."""
     judged = Judged(part)
     if part.kind == "stuck":
-        bad = [i for i in cells.of_mode(setting.model.index[part.mode]) if not never_stuck(cells, i, setting.time_limit())]
+        bad = [
+            i for i in cells.of_mode(setting.model.index[part.mode]) if not never_stuck(cells, i, setting.time_limit())
+        ]
         judged.touched = bool(cells.of_mode(setting.model.index[part.mode]))
         judged.proved = not bad
         judged.reason = f"a run may be stuck in mode {part.mode}" if bad else ""
@@ -132,5 +134,3 @@ def _unbounded(goal: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges) ->
         return by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))
 
     return "b" if truth(goal, of) else None
-
-

@@ -64,7 +64,8 @@ class ClockMode:
 
 @dataclass
 class ClockModel:
-    """One automaton of the fragment. Modes and edges are compiled when asked for; OutsideFragmentError says what is missing."""
+    """One automaton of the fragment. Modes and edges are compiled when asked for; OutsideFragmentError
+    says what is missing."""
 
     spec: Spec
     automaton: HybridAutomaton
@@ -204,7 +205,9 @@ class ClockModel:
         rates = {v: self._rate(mode, v) for v in self.reals}
         rho = next((r for r in rates.values() if r.constant is None), constant(1))
         if rho.constant is None and range_on(rho, self.params)[0] <= 0:
-            raise OutsideFragmentError(f"the rate in mode {mode.name} may be zero or negative for some value of its params")
+            raise OutsideFragmentError(
+                f"the rate in mode {mode.name} may be zero or negative for some value of its params"
+            )
         slopes = {v: _multiple(r, rho, mode.name, v) for v, r in rates.items()}
         slopes.update(dict.fromkeys(self.discrete, Q(0)))
         domain = closed(self.scope(index).formula(mode.domain))
@@ -217,12 +220,14 @@ class ClockModel:
             raise OutsideFragmentError(f"mode {mode.name} gives no flow for `{name}`")
         if isinstance(line.rate, Range):
             raise OutsideFragmentError(
-                f"`{name}' in [..]` in mode {mode.name} is an inclusion: it needs flowpipes, which this version does not have"
+                f"`{name}' in [..]` in mode {mode.name} is an inclusion: it needs flowpipes, which this "
+                f"version does not have"
             )
         rate = self.scope(mode_index(self, mode)).rates[name]
         if rate is None:
             raise OutsideFragmentError(
-                f"`{name}'` in mode {mode.name} is no polynomial of params and constants: flows that are not constant need"
+                f"`{name}'` in mode {mode.name} is no polynomial of params and constants: flows that are "
+                f"not constant need"
                 " validated flowpipes, which this version does not have"
             )
         return rate
@@ -254,8 +259,16 @@ class ClockModel:
         values = {**self._variables, **assigned}
         landing = Landing(self.timed_scope(edge.source), after, assigned)
         return Scope(
-            f"the jump {edge.name}", values, after.lets, after.constants, after.symbols, after.truths, after.rates, after.time,
-            self.params, landing
+            f"the jump {edge.name}",
+            values,
+            after.lets,
+            after.constants,
+            after.symbols,
+            after.truths,
+            after.rates,
+            after.time,
+            self.params,
+            landing,
         )
 
 
@@ -307,18 +320,23 @@ def clock_model(spec: Spec, automaton: HybridAutomaton) -> ClockModel:
     OutsideFragmentError    naming the construct that is in the way
     """
     if automaton.inputs:
-        raise OutsideFragmentError(f"the input `{automaton.inputs[0].name}` of {automaton.name} needs differential inclusions, which this version does not have")
+        raise OutsideFragmentError(
+            f"the input `{automaton.inputs[0].name}` of {automaton.name} needs differential inclusions, "
+            f"which this version does not have"
+        )
     if automaton.priorities:
-        raise OutsideFragmentError(f"the priorities among the edges of {automaton.name} are not followed in this version")
+        raise OutsideFragmentError(
+            f"the priorities among the edges of {automaton.name} are not followed in this version"
+        )
     values = values_of(spec, automaton)
     params = {p.name: values.interval(p.range) for p in params_of(spec, automaton)}
     names = [*params, *(v.name for v in automaton.vars)]
     clash = next((n for n in names if n in RESERVED or names.count(n) > 1), None)
     if clash is not None:
-        raise OutsideFragmentError(f"the name `{clash}` of {automaton.name} has another meaning in certificates; rename it")
+        raise OutsideFragmentError(
+            f"the name `{clash}` of {automaton.name} has another meaning in certificates; rename it"
+        )
     empty = next((n for n, (low, high) in params.items() if low > high), None)
     if empty is not None:
         raise OutsideFragmentError(f"the range of the param `{empty}` is empty")
     return ClockModel(spec, automaton, values, params)
-
-

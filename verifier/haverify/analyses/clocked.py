@@ -41,7 +41,8 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Exit:
-    """An edge taken out of a cell: during which scaled dwells, from which box, into which box, at which scaled times."""
+    """An edge taken out of a cell: during which scaled dwells, from which box, into which box, at which
+    scaled times."""
 
     edge: int
     dwell: tuple[Q, Q | None]
@@ -52,7 +53,8 @@ class Exit:
 
 @dataclass
 class Cells:
-    """All cells of an automaton up to a horizon (None: of all runs). `trouble` says why they are not complete, if so."""
+    """All cells of an automaton up to a horizon (None: of all runs). `trouble` says why they are not
+    complete, if so."""
 
     model: ClockModel
     time: Q | None
@@ -110,7 +112,10 @@ class _Search:
             index = self.queue[position]
             position += 1
             if position > 4 * MOST_CELLS or len(cells) > MOST_CELLS:
-                self.found.trouble = ("budget", f"more than {MOST_CELLS} cells; a shorter horizon or fewer clocks would do")
+                self.found.trouble = (
+                    "budget",
+                    f"more than {MOST_CELLS} cells; a shorter horizon or fewer clocks would do",
+                )
                 return
             cell = cells[index]
             cell.dwell = longest(self.found.model, cell, self.found.limit)
@@ -190,7 +195,7 @@ def start_box(model: ClockModel, init: Init, index: int, strict: bool = False) -
     The declared range stands in where neither the line nor the domain bounds a variable.
     """
     mode, scope = model.mode(index), model.scope(index)
-    box: Box | None = {v: EVERYTHING for v in model.windows}
+    box: Box | None = dict.fromkeys(model.windows, EVERYTHING)
     for a in init.assigns:
         box = {**(box or {}), a.var: _assigned(model, a, index)}
     for f in (scope.formula(init.where), mode.domain):
@@ -357,7 +362,9 @@ def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None, stric
     if gate is None:
         return None
     during = _during(mode, cell, gate)
-    if during is None or (limit is not None and cell.sigma is not None and (cell.sigma.low or Q(0)) + during[0] > limit):
+    if during is None or (
+        limit is not None and cell.sigma is not None and (cell.sigma.low or Q(0)) + during[0] > limit
+    ):
         return None
     before = {v: moved(x, mode.slopes[v], *during).meet(gate[v]).closed for v, x in cell.entry.items()}
     if any(x.is_empty for x in before.values()):
@@ -403,7 +410,9 @@ def left_window(found: Cells) -> tuple[str, str] | None:
     for cell in found.cells:
         mode = model.mode(cell.mode)
         for v, window in model.windows.items():
-            states = moved(cell.entry[v], mode.slopes[v], Q(0), cell.dwell).meet((mode.allowed or {}).get(v, EVERYTHING))
+            states = moved(cell.entry[v], mode.slopes[v], Q(0), cell.dwell).meet(
+                (mode.allowed or {}).get(v, EVERYTHING)
+            )
             if not window.contains(states):
                 end = "without bound" if states.high is None else f"to {states.high}"
                 return "window", f"`{v}` may leave its declared range in mode {mode.name} (it runs {end})"

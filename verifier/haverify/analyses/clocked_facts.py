@@ -28,7 +28,8 @@ Q = Fraction
 
 @dataclass(frozen=True, slots=True)
 class Lock:
-    """A state in which a run is stuck: the mode, the values of the variables, the time (s), the edges that fail there."""
+    """A state in which a run is stuck: the mode, the values of the variables, the time (s), the edges that
+    fail there."""
 
     mode: str
     values: tuple[tuple[str, Q], ...]

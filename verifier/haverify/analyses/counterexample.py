@@ -175,7 +175,8 @@ def defaults(model: ClockModel) -> dict[str, Q]:
 
 
 def worst_moment(f: Formula, stretch: Stretch, ranges: Ranges) -> Q | None:
-    """A dwell in the stretch at which `f`, in `t` alone, is false, with a short denominator and about where it is worst."""
+    """A dwell in the stretch at which `f`, in `t` alone, is false, with a short denominator and about
+    where it is worst."""
     if isinstance(f, bool):
         return None if f else next(stretch.rationals(), None)
     if stretch.low == stretch.high:

@@ -22,7 +22,7 @@ from haverify.evidence.evidence import PartResult
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Goal
-from haverify.model.expression import Expr, nodes
+from haverify.model.expression import Expr
 from haverify.obligations.formula import conjunction, holds
 from haverify.obligations.parts import Part, conjuncts, parts, pushed
 from haverify.obligations.translate import OutsideFragmentError
@@ -135,7 +135,9 @@ def first_start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]
 
 
 def _vacuous(reason: str) -> Answer:
-    return Answer("unknown", {}, Unknown("vacuous", reason, next_step="correct the premise, the init line or the assumption"))
+    return Answer(
+        "unknown", {}, Unknown("vacuous", reason, next_step="correct the premise, the init line or the assumption")
+    )
 
 
 def _vacuity(setting: Setting, asked: list[Part], judged: list[Judged], cells: Cells) -> Answer | None:
@@ -171,9 +173,7 @@ def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cel
             verdict = _undecided(j, cells)
     facts = facts_about(setting, j) if run is not None else ()
     text, read = part_text(part), constants_read(setting.model, part)
-    answer.parts.append(
-        PartResult(number, part.kind, part.where, part.output, text, verdict, run, facts, read)
-    )
+    answer.parts.append(PartResult(number, part.kind, part.where, part.output, text, verdict, run, facts, read))
     return entry
 
 
@@ -253,7 +253,9 @@ def decide_can_reach(context: Context, setting: Setting, number: int, work: Work
         answer.parts = [_reversed(p) for p in answer.parts]
     else:
         answer.verdict, answer.entry = "unknown", {}
-        answer.unknown = answer.unknown or Unknown("budget", "no run that reaches it was found, nor a proof that there is none")
+        answer.unknown = answer.unknown or Unknown(
+            "budget", "no run that reaches it was found, nor a proof that there is none"
+        )
     return answer
 
 

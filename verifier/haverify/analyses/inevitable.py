@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.clocked import Cell, Cells, left_window, certain_from, landed, leave, longest, starts
+from haverify.analyses.clocked import Cell, Cells, certain_from, landed, leave, left_window, longest, starts
 from haverify.analyses.context import Context, cells_json, state_json
 from haverify.analyses.counterexample import Explorer, Node, choices, the_run
 from haverify.analyses.goals import Answer, first_start
@@ -97,14 +97,16 @@ def _follow(setting: Setting, found: Leading, index: int) -> None:
         found.meets[index] = at
         cell.dwell = at if cell.dwell is None or at < cell.dwell else cell.dwell
     name = model.automaton.modes[cell.mode].name
-    if at is None and (model.mode(cell.mode).terminal or not any(certain_exit(found.cells, index, k) for k in model.leaving[cell.mode])):
+    if at is None and (
+        model.mode(cell.mode).terminal or not any(certain_exit(found.cells, index, k) for k in model.leaving[cell.mode])
+    ):
         found.reason = f"a run may stay in mode {name}, or block there, before the goal is met"
         return
     limit = setting.time_limit()
-    if cell.sigma is not None and cell.sigma.low is not None and limit is not None:
-        if at is None and cell.sigma.low > limit * model.rho_range[1]:
-            found.reason = f"time is over in mode {name} before the goal is met"
-            return
+    first = None if cell.sigma is None else cell.sigma.low
+    if at is None and first is not None and limit is not None and first > limit * model.rho_range[1]:
+        found.reason = f"time is over in mode {name} before the goal is met"
+        return
     short = cell if at is None else replace(cell, dwell=at)
     for k in model.leaving[cell.mode]:
         out = leave(model, short, model.edge(k), None)
@@ -137,7 +139,10 @@ def _certain(setting: Setting, cell: Cell, first: Q, last: Q, f: Formula) -> boo
     """Whether signs alone show the formula for all states of the cell at these scaled dwells."""
     if first == last:
         slopes = setting.model.mode(cell.mode).slopes
-        entry = {v: replace(x, low=_plus(x.low, slopes[v] * first), high=_plus(x.high, slopes[v] * first)) for v, x in cell.entry.items()}
+        entry = {
+            v: replace(x, low=_plus(x.low, slopes[v] * first), high=_plus(x.high, slopes[v] * first))
+            for v, x in cell.entry.items()
+        }
         sigma = cell.sigma and replace(cell.sigma, low=_plus(cell.sigma.low, first), high=_plus(cell.sigma.high, first))
         cell = replace(cell, entry=entry, sigma=sigma, dwell=Q(0))
     else:
@@ -146,7 +151,9 @@ def _certain(setting: Setting, cell: Cell, first: Q, last: Q, f: Formula) -> boo
     placed = placement.place(f)
     if not placement.bounded:
         return placed is True
-    return truth(placed, lambda leaf: by_bounds(leaf.op, *setting.ranges.bounds(leaf.polynomial, placement.box))) is True
+    return (
+        truth(placed, lambda leaf: by_bounds(leaf.op, *setting.ranges.bounds(leaf.polynomial, placement.box))) is True
+    )
 
 
 def _plus(end: Q | None, way: Q) -> Q | None:

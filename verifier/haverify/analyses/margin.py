@@ -1,7 +1,9 @@
 """Margins: how far a formula is from being false on a box, in the unit of its comparisons.
 
-The robustness of a literal `p < 0` or `p <= 0` is `-p`, of `p == 0` it is `-|p|`, of `p != 0` it is `|p|`; a conjunction
-has the least of its members', a disjunction the greatest. The margin on a box is the least robustness where the premises
+The robustness of a literal `p < 0` or `p <= 0` is `-p`, of `p == 0` it is `-|p|`, of `p != 0` it is `|p|`;
+a conjunction
+has the least of its members', a disjunction the greatest. The margin on a box is the least robustness
+where the premises
 hold. It is found exactly for conjunctions in one variable, else enclosed by branch and bound.
 """
 
@@ -45,11 +47,14 @@ def least(f: Formula, premise: Formula, box: Box, ranges: Ranges) -> Low | None:
 
 
 def _is_conjunction(f: Formula) -> bool:
-    return isinstance(f, Literal) or (isinstance(f, Junction) and f.is_and and all(isinstance(m, Literal) for m in f.members))
+    return isinstance(f, Literal) or (
+        isinstance(f, Junction) and f.is_and and all(isinstance(m, Literal) for m in f.members)
+    )
 
 
 def _of_literal(leaf: Literal, box: Box, ranges: Ranges) -> Low | None:
-    """The least of `-p` for an inequality, where at most one variable is not linear: exact, or the value's enclosure."""
+    """The least of `-p` for an inequality, where at most one variable is not linear: exact, or the value's
+    enclosure."""
     if leaf.op not in ("<", "<="):
         return None
     p, chosen = leaf.polynomial, {v: (box[v][0] + box[v][1]) / 2 for v in leaf.polynomial.variables}

@@ -1,4 +1,5 @@
-"""Concrete motion of a clock-driven automaton: one state, one value per param, real time, exact numbers (LANGUAGE S6-S9)."""
+"""Concrete motion of a clock-driven automaton: one state, one value per param, real time, exact numbers
+(LANGUAGE S6-S9)."""
 
 from __future__ import annotations
 
@@ -116,7 +117,8 @@ class Motion:
         return self._guards[k]
 
     def stay(self, state: State, limit: Q | None) -> tuple[Q, bool] | None:
-        """The longest dwell (s) and whether it is the end of the stay (else of the view); None where no state is allowed.
+        """The longest dwell (s) and whether it is the end of the stay (else of the view); None where no
+        state is allowed.
 
         The domain bounds it, an urgent edge that is due, or `limit`.
         """
@@ -146,7 +148,8 @@ class Motion:
         return [s for s in found if any(True for _ in self.outcomes(self.at(state, (s.low + s.high) / 2), edge))]
 
     def outcomes(self, state: State, edge: ClockEdge) -> Iterator[tuple[State, dict[str, Q]]]:
-        """Some states that an edge makes of a state, with the values chosen by set resets; all in the target's domain."""
+        """Some states that an edge makes of a state, with the values chosen by set resets; all in the
+        target's domain."""
         known = self.known(state)
         chosen = {v: r for v, r in edge.resets.items() if r.is_set}
         choices = [_some(r.low.value(known), r.high.value(known)) for r in chosen.values()]

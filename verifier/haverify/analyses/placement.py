@@ -118,5 +118,3 @@ def _chosen(model: ClockModel, out: Exit, box: dict[str, tuple[Q, Q]]) -> bool:
             else:
                 box[f"{v}'"] = (after.low, after.high)
     return bounded
-
-

@@ -1,7 +1,7 @@
 """Proofs that a formula holds on a box: trees of Bernstein signs, splits, eliminations and exact one-variable leaves.
 
-`prove` never lies: what it returns is a certificate that a second program replays, and None means only that no proof was
-found within the budget, which is counted in units of work and not in seconds.
+`prove` never lies: what it returns is a certificate that a second program replays, and None means only that
+no proof was found within the budget, which is counted in units of work and not in seconds.
 """
 
 from __future__ import annotations
@@ -112,7 +112,9 @@ def prove(f: Formula, box: Box, ranges: Ranges, work: Work, depth: int = DEEPEST
     if depth == 0 or not work.spend(1 + sum(len(leaf.polynomial.terms) for leaf in literals(f)) // 8):
         return None
     names = sorted(variables(f))
-    known = truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))) if len(names) <= MANY else None
+    known = (
+        truth(f, lambda leaf: by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))) if len(names) <= MANY else None
+    )
     if known is not None:
         return "b" if known else None
     if len(names) == 1:
@@ -192,7 +194,8 @@ def _widest(f: Formula, names: list[str], box: Box, ranges: Ranges) -> str:
 
 
 def eliminated(f: Formula, names: list[str], box: Box, ranges: Ranges) -> tuple[list[str], Formula]:
-    """The variables in which every literal is linear with a coefficient of one sign, and `f` at the worst ends of them."""
+    """The variables in which every literal is linear with a coefficient of one sign, and `f` at the worst
+    ends of them."""
     gone: list[str] = []
     for v in names:
         worst = at_worst(f, v, box, ranges)
@@ -222,7 +225,8 @@ NOWHERE = Q(0, 1)  # compared by identity: no end is the worst
 
 
 def worst_end(leaf: Literal, v: str, box: Box, ranges: Ranges) -> Q | None:
-    """The end of `v` at which the literal is hardest to satisfy; None where it does not mention `v`, NOWHERE if unclear."""
+    """The end of `v` at which the literal is hardest to satisfy; None where it does not mention `v`,
+    NOWHERE if unclear."""
     parts = leaf.polynomial.coefficients(v)
     if len(parts) == 1:
         return None
@@ -257,7 +261,8 @@ def first_failure(f: Formula, ends: tuple[Q, Q]) -> sturm.Piece | None:
 
 
 def pieces(f: Formula, ends: tuple[Q, Q]) -> list[tuple[sturm.Piece, bool]]:
-    """The points and open pieces on which the formula does not change, in order, each with its truth: exact, complete."""
+    """The points and open pieces on which the formula does not change, in order, each with its truth:
+    exact, complete."""
     leaves = list(dict.fromkeys(literals(f)))
     dense = [integers(leaf.polynomial.univariate())[0] for leaf in leaves]
     result = []

@@ -28,7 +28,8 @@ MISSING = {
     "can_always": "`can always` needs a search over whole runs, which this version does not have",
     "stl": "bounded STL needs monitoring over runs, which this version does not have",
     "cycle": "`cycle through` needs a return map, which this version does not have",
-    "holds": "`holds` is about rules, fuzzy systems or params alone; this version decides claims about runs of automata",
+    "holds": "`holds` is about rules, fuzzy systems or params alone; this version decides claims about runs "
+    "of automata",
 }
 
 
@@ -146,7 +147,9 @@ def _combined(claim: Claim, answers: list[Answer]) -> Verdict:
     margins = [a.margin for a in answers if a.margin is not None]
     worst = min(margins, key=lambda m: m.low, default=None)
     if any(a.verdict == "refuted" for a in answers):
-        return Refuted(min((a.margin for a in answers if a.margin and a.verdict == "refuted"), key=lambda m: m.low, default=None))
+        return Refuted(
+            min((a.margin for a in answers if a.margin and a.verdict == "refuted"), key=lambda m: m.low, default=None)
+        )
     open_ = next((a for a in answers if a.verdict == "unknown"), None)
     if open_ is not None:
         return open_.unknown or Unknown("budget", "not decided")

@@ -1,4 +1,5 @@
-"""The second verdict: does a claim hold for every model that rounds to the printed numbers, or for none (LANGUAGE S28)?"""
+"""The second verdict: does a claim hold for every model that rounds to the printed numbers, or for none
+(LANGUAGE S28)?"""
 
 from __future__ import annotations
 
@@ -53,13 +54,12 @@ def _for_all(
             found = _parts(context, setting, answer, units)
             failed += [j.part.where for j in found if not j.proved]
             margins += [m for j in found if (m := margin_of(setting, j)) is not None]
-            entry["parts"] = [
-                {**e, "proof": j.trees} for e, j in zip(answer.entry["parts"], found, strict=True)
-            ]
+            entry["parts"] = [{**e, "proof": j.trees} for e, j in zip(answer.entry["parts"], found, strict=True)]
         entries.append(entry)
     margin = min(margins, key=lambda m: m.low, default=None)
     if failed:
-        reason = f"some values that round to the printed ones keep the claim, others may not ({', '.join(dict.fromkeys(failed))})"
+        places = ", ".join(dict.fromkeys(failed))
+        reason = f"some values that round to the printed ones keep the claim, others may not ({places})"
         return None, Rounding(Unknown("rounding", reason), margin)
     return {"verdict": "proved", "goals": entries}, Rounding(Proved(margin), margin)
 
@@ -95,7 +95,9 @@ def _for_none(context: Context, settings: Sequence[Setting], answers: Sequence[A
             continue
         entries: list[Json] = [{} for _ in answers]
         entries[g] = _only_runs(answer.entry, certain)
-        worst = max((m for i in certain if (m := _margin(answer.parts[i])) is not None), key=lambda m: -m.low, default=None)
+        worst = max(
+            (m for i in certain if (m := _margin(answer.parts[i])) is not None), key=lambda m: -m.low, default=None
+        )
         return {"verdict": "refuted", "goals": entries}, Rounding(Refuted(worst), worst)
     reason = "violated by the printed numbers, but not for every value that rounds to them"
     return None, Rounding(Unknown("rounding", reason), None)

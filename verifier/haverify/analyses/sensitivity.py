@@ -1,4 +1,5 @@
-"""Sensitivity: how the margin of a part depends on each constant that its outputs read, at the instant where it occurs."""
+"""Sensitivity: how the margin of a part depends on each constant that its outputs read, at the instant
+where it occurs."""
 
 from __future__ import annotations
 
@@ -48,10 +49,9 @@ def _worst(answers: Sequence[Answer], refuted: bool) -> tuple[int, int] | None:
     return None if best is None else best[1:]
 
 
-def sensitivities(
-    context: Context, setting: Setting, j: Judged, constants: Sequence[str]
-) -> tuple[Sensitivity, ...]:
-    """The partial derivatives of the margin at its instant; the margin's literal is `p <= 0`, so they are those of `-p`."""
+def sensitivities(context: Context, setting: Setting, j: Judged, constants: Sequence[str]) -> tuple[Sensitivity, ...]:
+    """The partial derivatives of the margin at its instant; the margin's literal is `p <= 0`, so they are
+    those of `-p`."""
     if j.low is None or j.low.leaf is None or j.question is None or not constants:
         return ()
     try:
@@ -60,7 +60,11 @@ def sensitivities(
         return ()
     if p is None:
         return ()
-    known = {**_nominal(context.model, p), **{v: (a + b) / 2 for v, (a, b) in j.question.placement.box.items()}, **j.low.point}
+    known = {
+        **_nominal(context.model, p),
+        **{v: (a + b) / 2 for v, (a, b) in j.question.placement.box.items()},
+        **j.low.point,
+    }
     found = []
     for name in constants:
         if name in p.variables:
@@ -68,7 +72,12 @@ def sensitivities(
             half = context.model.values.constants[name].half
             zero = None if not slope else -j.low.low / slope
             found.append(
-                Sensitivity(name, _short(slope), None if zero is None else _short(zero), None if half is None else _short(slope * half))
+                Sensitivity(
+                    name,
+                    _short(slope),
+                    None if zero is None else _short(zero),
+                    None if half is None else _short(slope * half),
+                )
             )
     return tuple(found)
 

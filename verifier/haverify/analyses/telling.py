@@ -57,7 +57,8 @@ def _suffix(model: ClockModel, name: str) -> str:
 
 
 def state_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> dict[str, Q]:
-    """The values of the variables at a point of a question's box; unknowns the point does not fix are at their middle."""
+    """The values of the variables at a point of a question's box; unknowns the point does not fix are at
+    their middle."""
     box = {v: (low + high) / 2 for v, (low, high) in q.placement.box.items()}
     known = {**box, **point}
     return {

@@ -45,9 +45,7 @@ def start_json(mode: str, values: Mapping[str, Fraction], params: Mapping[str, F
 
 def run_json(run: Run) -> dict[str, Json]:
     """A run."""
-    steps = [
-        {"dwell": rational_text(s.dwell), "edge": s.edge, "values": _numbers(dict(s.values))} for s in run.steps
-    ]
+    steps = [{"dwell": rational_text(s.dwell), "edge": s.edge, "values": _numbers(dict(s.values))} for s in run.steps]
     return {
         **start_json(run.mode, dict(run.values), dict(run.params)),
         "steps": steps,

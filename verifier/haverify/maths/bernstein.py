@@ -1,12 +1,14 @@
 """Bernstein form: the range of a polynomial on a box, exactly.
 
-On [0, 1] a polynomial of degree n is a convex combination of its n + 1 Bernstein coefficients, so its range lies between
+On [0, 1] a polynomial of degree n is a convex combination of its n + 1 Bernstein coefficients, so its
+range lies between
 the least and the greatest of them; the first and the last are its values at the ends.
 Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", 2012, sections 3 and 5.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
@@ -71,7 +73,7 @@ def halves(b: list[int]) -> tuple[list[int], list[int]]:
     for k in range(n + 1):
         left[k] = row[0] << (n - k)
         right[n - k] = row[-1] << (n - k)
-        row = [x + y for x, y in zip(row, row[1:], strict=False)]
+        row = [x + y for x, y in itertools.pairwise(row)]
     return left, right
 
 
@@ -89,7 +91,8 @@ def variations(b: list[int]) -> int:
 def bounds(p: Polynomial, box: Box) -> tuple[Fraction, Fraction]:
     """Least and greatest Bernstein coefficient of `p` on the box: rationals that enclose its range there.
 
-    Every variable of `p` must be in the box. With one variable of degree one, or in the corners, the bounds are attained.
+    Every variable of `p` must be in the box. With one variable of degree one, or in the corners, the
+    bounds are attained.
     """
     names = p.variables
     if not names:
@@ -107,7 +110,7 @@ def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> list
         strides[i] = strides[i + 1] * (degrees[i + 1] + 1)
     size = strides[0] * (degrees[0] + 1)
     flat = [ZERO] * size
-    where = {v: s for v, s in zip(names, strides, strict=True)}
+    where = dict(zip(names, strides, strict=True))
     for m, c in p.terms.items():
         flat[sum(where[v] * e for v, e in m)] = c
     for v, degree, stride in zip(names, degrees, strides, strict=True):

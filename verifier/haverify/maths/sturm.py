@@ -9,6 +9,7 @@ Geometry", 2006, theorem 2.50 (Sturm).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -48,7 +49,8 @@ class Root:
 
 @dataclass(frozen=True, slots=True)
 class Extreme:
-    """The least or greatest value on an interval: `low <= value <= high`, attained at or near `at`; exactly there if `exact`."""
+    """The least or greatest value on an interval: `low <= value <= high`, attained at or near `at`;
+    exactly there if `exact`."""
 
     low: Fraction
     high: Fraction
@@ -141,7 +143,9 @@ def refine(p: Integers, root: Root, bits: int = FINE) -> Root:
     guess = _guess(bernstein.coefficients(p, root.low, root.high)[0])
     rising = sign_at(p, root.high)
     for margin in (2, 256, 1 << 16):
-        inner = _certified(p, root, Fraction(round(guess * 2.0**bits), 1 << bits), Fraction(margin, 1 << (bits + 2)), rising)
+        inner = _certified(
+            p, root, Fraction(round(guess * 2.0**bits), 1 << bits), Fraction(margin, 1 << (bits + 2)), rising
+        )
         if inner is not None:
             root = inner
             break
@@ -151,7 +155,8 @@ def refine(p: Integers, root: Root, bits: int = FINE) -> Root:
 
 
 def _certified(p: Integers, root: Root, t: Fraction, margin: Fraction, rising: int) -> Root | None:
-    """The root within `margin` of `t` (both on the scale where the interval is [0, 1]), if signs say that it is there."""
+    """The root within `margin` of `t` (both on the scale where the interval is [0, 1]), if signs say that
+    it is there."""
     width = root.high - root.low
     low = root.low + max(Fraction(0), t - margin) * width
     high = root.low + min(Fraction(1), t + margin) * width
@@ -171,7 +176,8 @@ def _halve(p: Integers, root: Root, rising: int) -> Root:
 
 
 def _guess(coefficients: list[int]) -> float:
-    """About the root in [0, 1] of the polynomial with these Bernstein coefficients: bisection, then Newton; no guarantee."""
+    """About the root in [0, 1] of the polynomial with these Bernstein coefficients: bisection, then
+    Newton; no guarantee."""
     shift = max(0, max(abs(c) for c in coefficients).bit_length() - 900)
     b = [float(c >> shift) for c in coefficients]
     low, high, rising = 0.0, 1.0, b[-1] > 0
@@ -193,14 +199,15 @@ def _casteljau(b: list[float], t: float) -> tuple[float, float]:
     """Value and slope at `t`."""
     row, n = b, len(b) - 1
     while len(row) > 2:
-        row = [x + (y - x) * t for x, y in zip(row, row[1:], strict=False)]
+        row = [x + (y - x) * t for x, y in itertools.pairwise(row)]
     return row[0] + (row[1] - row[0]) * t, n * (row[1] - row[0])
 
 
 def extremes(p: Integers, low: Fraction, high: Fraction) -> tuple[Extreme, Extreme]:
     """Least and greatest value of `p` on [low, high].
 
-    They are attained at an end or at a zero of the derivative. There the value at the refined midpoint is off by at most
+    They are attained at an end or at a zero of the derivative. There the value at the refined midpoint is
+    off by at most
     `w^2 / 2 * max |p''|`, w being its distance to the zero, because the slope vanishes at the zero.
 
     Soundness           exact where `exact`; else a rational enclosure, relative width about 2^-80
@@ -231,7 +238,8 @@ def _critical(p: Integers, slope: Integers, root: Root) -> Extreme:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A root of some of the polynomials (`is_root`), or one rational of a stretch between roots, and the signs there."""
+    """A root of some of the polynomials (`is_root`), or one rational of a stretch between roots, and the
+    signs there."""
 
     place: Root
     is_root: bool
@@ -292,7 +300,8 @@ def _point(x: Fraction) -> Root:
 
 
 def _sign_at_root(p: Integers, simple: Integers, x: Root) -> int:
-    """The sign of `p` at the root in `x`; `simple` has the roots of `p`, and no other root of the product lies in `x`."""
+    """The sign of `p` at the root in `x`; `simple` has the roots of `p`, and no other root of the product
+    lies in `x`."""
     if len(p) <= 1:
         return sign_at(p, x.low)
     if sign_at(simple, x.low) != sign_at(simple, x.high):

@@ -10,7 +10,8 @@ Integers = tuple[int, ...]
 
 
 def integers(coefficients: Sequence[Fraction]) -> tuple[Integers, Fraction]:
-    """`(c, q)` with `p = q * c`, `q > 0`, coprime integers `c` and no leading zero; `((), 1)` for the zero polynomial."""
+    """`(c, q)` with `p = q * c`, `q > 0`, coprime integers `c` and no leading zero; `((), 1)` for the zero
+    polynomial."""
     common = lcm(*(c.denominator for c in coefficients)) if coefficients else 1
     whole = [c.numerator * (common // c.denominator) for c in coefficients]
     while whole and not whole[-1]:

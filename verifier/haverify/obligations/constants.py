@@ -88,5 +88,3 @@ def rounded(values: Values) -> dict[str, tuple[Q, Q]]:
             middle = values.number(c.value)
             boxes[c.name] = (middle - c.half, middle + c.half)
     return boxes
-
-

@@ -1,7 +1,8 @@
 """From expressions to polynomials and formulas: piecewise functions by cases, lets and constants unfolded.
 
 A value is a list of cases `(condition, numerator, denominator)`; the value is that of every case whose condition holds.
-A comparison of values is the conjunction, over the cases, of `not condition or literal`; a division adds `divisor != 0`.
+A comparison of values is the conjunction, over the cases, of `not condition or literal`; a division adds
+`divisor != 0`.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ HIGHEST_POWER = 64
 
 
 class OutsideFragmentError(Exception):
-    """An expression is no piecewise polynomial of what a clock-driven analysis knows; the message says which and why."""
+    """An expression is no piecewise polynomial of what a clock-driven analysis knows; the message says
+    which and why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +186,9 @@ def _bounded(pairs: product[tuple[Case, Case]], where: str) -> list[tuple[Case, 
     return found
 
 
-def _combine(scope: Scope, a: list[Case], b: list[Case], make: Callable[[Case, Case], tuple[Polynomial, Polynomial]]) -> list[Case]:
+def _combine(
+    scope: Scope, a: list[Case], b: list[Case], make: Callable[[Case, Case], tuple[Polynomial, Polynomial]]
+) -> list[Case]:
     result = []
     for x, y in _bounded(product(a, b), scope.where):
         condition = conjunction([x.condition, y.condition])
@@ -344,7 +348,9 @@ def _derivative(scope: Scope, e: Expr) -> list[Case]:
     for v in p.variables:
         rate = scope.rates.get(v, constant(0))
         if rate is None:
-            raise OutsideFragmentError(f"{scope.where} reads the derivative of `{v}`, whose flow is no polynomial of params")
+            raise OutsideFragmentError(
+                f"{scope.where} reads the derivative of `{v}`, whose flow is no polynomial of params"
+            )
         summands.append(p.derivative(v) * rate)
     return [Case(True, total(summands))]
 
