@@ -41,6 +41,13 @@ class Entries:
             found.extend(model if isinstance(model, list) else (model,))
         return tuple(m for m in found if isinstance(m, kind))
 
+    def made(self, kind: str) -> Iterator[Any]:
+        """What has been elaborated under symbols of one kind, in order."""
+        for s in self.symbols:
+            model = self.models.get(s) if s.kind == kind else None
+            if model is not None:
+                yield from model if isinstance(model, list) else (model,)
+
     def settle(self) -> bool:
         """Elaborate everything; whether all of it has a meaning."""
         good = [self.env.ctx.settle(s) for s in self.symbols]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.elaborate.claims import elaborate_claims
+from haverify.elaborate.claims import LostClaim, elaborate_claims
 from haverify.elaborate.context import Context
 from haverify.elaborate.deep import deep_recursion
-from haverify.elaborate.file import elaborate_files
+from haverify.elaborate.file import FileScope, elaborate_files
 from haverify.elaborate.files import Files
 from haverify.elaborate.unused import unused
-from haverify.model.cellular import CellularAutomaton, Relation
-from haverify.model.fuzzy import FuzzyController
-from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
+from haverify.model.claim import Claim
+from haverify.model.hybrid import Constant, Input, Param
 from haverify.model.spec import Spec
-from haverify.model.system import System
-from haverify.model.tables import DataTable, Network
 from haverify.syntax import tree as t
 
 
@@ -38,13 +37,22 @@ def _elaborate(tree: t.Tree, files: Files) -> tuple[Spec, list[Diagnostic]]:
     if not any(d.code not in ("HA203", "HA215") for d in ctx.diagnostics):
         ctx.diagnostics += unused(ctx, scopes)
 
-    def of(kind: type) -> tuple[object, ...]:
+    return _spec(ctx, tree, header, scopes, (claims, lost)), ctx.diagnostics
+
+
+def _spec(
+    ctx: Context, tree: t.Tree, header: t.SpecHeader | None, scopes: list[FileScope],
+    claims: tuple[tuple[Claim, ...], tuple[LostClaim, ...]],
+) -> Spec:  # fmt: skip
+    def made(kind: str) -> tuple[Any, ...]:
+        return tuple(m for s in scopes for m in s.entries.made(kind))
+
+    def of(kind: type) -> tuple[Any, ...]:
         return tuple(m for s in scopes for m in s.entries.of(kind))
 
-    spec = Spec(
+    return Spec(
         header.title if header else tree.path, header.version if header else "1.0", ctx.unitless, tuple(ctx.unit_defs),
-        tuple(ctx.enums.values()), of(Constant), of(Param), of(Input), of(DataTable), of(Network),  # type: ignore[arg-type]
-        tuple(a for s in scopes for a in s.assumptions), of(HybridAutomaton), of(System), of(CellularAutomaton),  # type: ignore[arg-type]
-        of(Relation), of(FuzzyController), claims, tuple(ctx.cells), tuple(ctx.allowed), lost,  # type: ignore[arg-type]
+        tuple(ctx.enums.values()), of(Constant), of(Param), of(Input), made("data"), made("network"),
+        tuple(a for s in scopes for a in s.assumptions), made("automaton"), made("system"), made("cellular"),
+        made("relation"), made("fuzzy"), claims[0], tuple(ctx.cells), tuple(ctx.allowed), claims[1],
     )  # fmt: skip
-    return spec, ctx.diagnostics

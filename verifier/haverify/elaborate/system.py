@@ -99,7 +99,8 @@ def _define(work: _Work, table: dict[str, Symbol], name: str, symbol: Symbol, wh
 
 
 def _enter_part(work: _Work, decl: t.Part) -> None:
-    symbol = denote(work.env, decl.base)
+    outside = replace(work.env, scope=work.env.scope.parent or work.env.scope)
+    symbol = denote(outside, decl.base)
     if not isinstance(symbol, Symbol) or symbol.kind not in ("automaton", "system"):
         work.ctx.fail("HA105", f"'{source_name(decl.base)}' is no automaton", decl.base.span)
     machine: Machine = symbol.payload
@@ -216,6 +217,14 @@ def _flow_line(env: Env, line: t.Derivative) -> tuple[str, Expr]:
     return symbol.name, of_type(env, line.value, "real", unit, f"the flow of {symbol.name}", "HA103")
 
 
+def _check_flow(work: _Work, given: set[str]) -> None:
+    missing = [v for v in work.entries.of(Variable) if v.type == "real" and v.name not in given]
+    if missing and work.is_good:
+        names = ", ".join(f"'{v.name}'" for v in missing)
+        work.ctx.report("HA007", f"{work.env.scope.label} gives no flow for {names}", missing[0].span)
+        work.is_good = False
+
+
 def _starts(work: _Work) -> Iterator[Init]:
     for init in work.bodies(t.Init):
         made = _guarded(work, lambda init=init: _init(work.env, init))
@@ -241,6 +250,7 @@ def _model(work: _Work, name: str, doc: str, span: Span) -> System | None:
     parts = tuple(Part(p.name, p.machine.name, _bindings(work, p), p.decl.span) for p in work.parts)
     syncs, flow, starts = tuple(_syncs(work)), tuple(_flow(work)), tuple(_starts(work))
     priorities = tuple(_priorities(work))
+    _check_flow(work, {v for v, _ in flow})
     if work.is_good and port_loops(work.ctx, parts, {p.name: p.machine.model for p in work.parts}):
         work.is_good = False
     if not work.is_good:

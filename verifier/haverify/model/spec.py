@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
-from haverify.model.cellular import CellularAutomaton, Relation
-from haverify.model.claim import Claim
-from haverify.model.expression import Expr
-from haverify.model.fuzzy import FuzzyController
-from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
-from haverify.model.system import System
-from haverify.model.tables import DataTable, Network
 from haverify.text.span import Span
+
+if TYPE_CHECKING:
+    from haverify.model.cellular import CellularAutomaton, Relation
+    from haverify.model.claim import Claim
+    from haverify.model.expression import Expr
+    from haverify.model.fuzzy import FuzzyController
+    from haverify.model.hybrid import Constant, HybridAutomaton, Input, Param
+    from haverify.model.system import System
+    from haverify.model.tables import DataTable, Network
 
 
 @dataclass(frozen=True, slots=True)
