@@ -59,14 +59,14 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
         return judged
     for i, q in questions(setting, part, cells):
         judged.touched = True
-        tree = tree_for(q, setting.ranges, work)
+        low = _note_margin(judged, i, q, setting.ranges) if with_margin and q.placement.bounded else None
+        violated = low is not None and low.high < 0 and not q.extra_premise
+        tree = None if violated else tree_for(q, setting.ranges, work)
         if tree is None:
             judged.proved = False
             judged.reason = judged.reason or reason_for(q, work)
         else:
             judged.trees.append(q.placement.tree(tree))
-        if with_margin and q.placement.bounded:
-            _note_margin(judged, i, q, setting.ranges)
     return judged
 
 
@@ -77,11 +77,12 @@ def reason_for(q: Question, work: Work) -> str:
     return "the budget of the proof search is spent" if work.left < 0 else "no proof was found"
 
 
-def _note_margin(judged: Judged, cell: int, q: Question, ranges: Ranges) -> None:
+def _note_margin(judged: Judged, cell: int, q: Question, ranges: Ranges) -> Low | None:
     premise = placed(q, q.premise) if q.extra_premise else True
     low = least(placed(q, q.body), premise, q.placement.box, ranges)
     if low is not None and (judged.low is None or low.low < judged.low.low):
         judged.low, judged.cell, judged.question = low, cell, q
+    return low
 
 
 def placed(q: Question, f: Formula) -> Formula:

@@ -46,17 +46,18 @@ def _for_all(
     context: Context, settings: Sequence[Setting], answers: Sequence[Answer], units: int
 ) -> tuple[Json, Rounding]:
     entries: list[Json] = []
-    margins: list[Margin] = []
+    worst: list[tuple[Q, Setting, Judged]] = []
     failed: list[str] = []
     for setting, answer in zip(settings, answers, strict=True):
         entry = dict(answer.entry)
         if entry.get("kind") == "cells":
             found = _parts(context, setting, answer, units)
             failed += [j.part.where for j in found if not j.proved]
-            margins += [m for j in found if (m := margin_of(setting, j)) is not None]
+            worst += [(j.low.low, setting, j) for j in found if j.low is not None]
             entry["parts"] = [{**e, "proof": j.trees} for e, j in zip(answer.entry["parts"], found, strict=True)]
         entries.append(entry)
-    margin = min(margins, key=lambda m: m.low, default=None)
+    least = min(worst, key=lambda w: w[0], default=None)
+    margin = None if least is None else margin_of(least[1], least[2])
     if failed:
         places = ", ".join(dict.fromkeys(failed))
         reason = f"some values that round to the printed ones keep the claim, others may not ({places})"
