@@ -68,8 +68,10 @@ def _join(is_and: bool, members: Iterable[Formula]) -> Formula:
             kept.update(dict.fromkeys(m.members))
         else:
             kept[m] = None
-    if not kept or any(negation(m) in kept for m in kept if isinstance(m, Literal)):
-        return is_and if not kept else not is_and
+    if not kept:
+        return is_and
+    if not is_and and 1 < len(kept) <= 8 and any(negation(m) in kept for m in kept if isinstance(m, Literal)):
+        return True
     return next(iter(kept)) if len(kept) == 1 else Junction(is_and, tuple(kept))
 
 
