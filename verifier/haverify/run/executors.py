@@ -53,12 +53,12 @@ def solve(spec: Spec, names: Sequence[str], budget: Fraction, jobs: int) -> Solv
 
 
 def _shares(spec: Spec, names: Sequence[str], jobs: int) -> Iterator[list[str]]:
-    """Claims about one automaton together, because they share its reached cells, in pieces of at most 64."""
+    """Claims about one automaton together, because they share its reached cells, in pieces of at most 16."""
     about: dict[str | None, list[str]] = {}
     on = {c.name: c.on for c in spec.claims}
     for name in names:
         about.setdefault(on[name], []).append(name)
-    size = max(1, min(64, -(-len(names) // jobs)))
+    size = max(1, min(16, -(-len(names) // jobs)))
     for group in about.values():
         yield from (group[k : k + size] for k in range(0, len(group), size))
 
