@@ -142,3 +142,25 @@ def test_long_sums_and_conjunctions_are_flat() -> None:
     assert found == []
     assert len(spec.constants[1].value.args) == 3000
     assert len(spec.claims[0].goals[0].condition.args) == 3000
+
+
+GROWING = {
+    "doubling functions": "param x in [0, 1]\nfn f0(a) = a * a + 1\n"
+    + "\n".join(f"fn f{k}(a) = f{k - 1}(f{k - 1}(a))" for k in range(1, 40))
+    + "\nconst y = 2\nproperty p { holds f39(x) > y }",
+    "sums that double": "param x in [0, 1]\n"
+    + "fn d0(a) = a + a\n"
+    + "\n".join(f"fn d{k}(a) = d{k - 1}(a) + d{k - 1}(a)" for k in range(1, 40))
+    + "\nproperty p { holds d39(x) > 1 }",
+    "nested quantifiers": "enum I = 1..60\nproperty p { holds forall i in I: forall j in I: forall k in I: i + j > k }",
+    "unique over many": "enum I = 1..5000\nparam x for i in I in [0, 1]\nproperty p { holds unique i in I: x[i] > 0 }",
+    "an index of many cases": "enum I = 1..5000\nparam x for i in I in [0, 1]\nautomaton A { var k: I; var z: 1; "
+    "init M with { k := 1; z := 0 }; mode M { flow { z' = 1 Hz } } }\nproperty p on A { always x[k] <= 1 }",
+}
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_what_few_lines_grow_into_is_bounded(name: str) -> None:
+    spec, found, _ = read(GROWING[name])
+    assert [d.code for d in found] == ["HA105"]
+    assert [claim for claim, _, _ in spec.lost] == ["p"]

@@ -20,6 +20,7 @@ from haverify.elaborate.expressions import (
     source_name,
     typed,
 )
+from haverify.elaborate.limits import check_size, spend
 from haverify.elaborate.scope import Cases, Row, Scope, Symbol, Typed
 from haverify.elaborate.selection import mapped
 from haverify.elaborate.units import angle, plain, to_unit
@@ -86,7 +87,9 @@ def _inline(env: Env, symbol: Symbol, node: t.Call) -> Typed:
     symbol.payload = (function, scope, True)
     try:
         inner = replace(env, scope=scope.bind(values))
-        return _result(inner, function)
+        result = _result(inner, function)
+        check_size(env.ctx, result.expr, node.span)
+        return result
     finally:
         symbol.payload = (function, scope, False)
 
@@ -238,6 +241,7 @@ def _aggregate(env: Env, node: t.Call, name: str) -> Typed:
     family = node.arguments[0].family
     assert family is not None
     enum = family_enum(env, family.of)
+    spend(env.ctx, len(enum.values), node.span)
     places = [env.bind(**{family.name: env.ctx.value(enum, v)}) for v in enum.values]
     body = node.arguments[0].value
     if name in ("all", "any"):

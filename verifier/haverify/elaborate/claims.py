@@ -91,6 +91,7 @@ def _one(
     work: _Claims, env: Env, item: t.Item, decl: t.Property | t.Invariant, name: str, inside: Symbol | None
 ) -> None:
     before = len(work.ctx.diagnostics)
+    work.ctx.bindings = 0
     try:
         symbol = inside or _subject(env, decl.on)
         place = _claim_env(env, symbol, decl)

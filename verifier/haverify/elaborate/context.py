@@ -39,6 +39,7 @@ class Context:
         self.unitless = unitless
         self.diagnostics: list[Diagnostic] = []
         self._depth = 0
+        self.bindings = 0
         self._reported: set[tuple[str, str, Span | None]] = set()
         self.own_units: tuple[NamedUnit, ...] = ()
         self.unit_defs: list[UnitDef] = []

@@ -9,6 +9,7 @@ from typing import Any
 from haverify.diagnostics.diagnostic import Severity
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.context import Context, Lost, NeedsMode
+from haverify.elaborate.limits import spend
 from haverify.elaborate.scope import Cases, Members, Row, Scope, SetValue, Symbol, Typed
 from haverify.elaborate.selection import by_cases, mapped
 from haverify.elaborate.units import alike, to_unit, unit_phrase
@@ -602,6 +603,8 @@ def _quantifier(env: Env, node: t.Quantifier, expect: str | None) -> Typed:
         body = boolean(env.bind(**{node.name: bound}), node.body)
         return Typed(Expr(node.kind, (node.name, found.name, body), None, node.span), "bool")
     enum = family_enum(env, node.of)
+    count = len(enum.values)
+    spend(env.ctx, count * count if node.kind == "unique" else count, node.span)
     parts = [boolean(env.bind(**{node.name: env.ctx.value(enum, v)}), node.body) for v in enum.values]
     return Typed(_quantified(node.kind, parts, node.span), "bool")
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.context import Context
+from haverify.elaborate.limits import check_cases
 from haverify.elaborate.scope import Cases, Typed
 from haverify.elaborate.units import to_unit
 from haverify.model.spec import EnumType
@@ -15,6 +16,7 @@ from haverify.text.span import Span
 
 def by_cases(ctx: Context, index: Typed, enum: EnumType, pick: Callable[[str], Any], span: Span) -> Typed | Cases:
     """`if index == v1 then pick(v1) else if ... else pick(vn)`, or the cases where the picks are no values yet."""
+    check_cases(ctx, len(enum.values), span)
     ctx.used_enums.add(enum.name)
     return joined(ctx, Cases(index, enum, {v: pick(v) for v in enum.values}), span)
 
