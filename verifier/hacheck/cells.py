@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -31,6 +31,7 @@ from hacheck.rational import (
 
 Json = Any
 Box = dict[str, Interval]
+Landing = Callable[["Cells", int, int, Interval, Box], bool]  # cells, cell, edge, scaled dwells, outcomes
 Bound = tuple[str, bool, bool, Fraction, Fraction]  # variable, is it an upper bound, strict, between these values
 
 
@@ -233,14 +234,18 @@ def _cell(model: Model, c: Json, timed: bool) -> Cell:
 
 
 class Cells:
-    """The cells of a file; `complete` when every run stays in them, up to the horizon."""
+    """The cells of a file; `complete` when every run stays in them, up to the horizon.
 
-    def __init__(self, model: Model, data: Json, meeting: bool) -> None:
+    With `landing`, runs are followed until they meet a goal: it says whether an edge lands where the goal holds.
+    """
+
+    def __init__(self, model: Model, data: Json, landing: Landing | None = None) -> None:
         if not isinstance(data, dict) or data.get("schema") != "haverify.cells/1" or type(data.get("rho")) is not bool:
             raise Refused("a file of cells has another schema")
         if data.get("automaton") != model.a["name"] or not isinstance(data.get("cells"), list):
             raise Refused("a file of cells is of another automaton")
-        self.model, self.timed, self.meeting = model, data["rho"], meeting
+        meeting = landing is not None
+        self.model, self.timed, self.meeting, self.landing = model, data["rho"], meeting, landing
         self.time = None if data.get("time") is None else number(data["time"])
         self.jumps = data.get("jumps")
         if not (self.jumps is None or type(self.jumps) is int):
@@ -311,8 +316,8 @@ class Cells:
             raise Refused(f"a run may stay in mode {c.mode} longer than its cell lasts")
         for k in model.leaving[c.mode]:
             if not (self.jumps is not None and c.jumps == self.jumps):
-                edge, (box, sigma, _) = model.a["edges"][k], self.outcome(i, k, stay)
-                if box is not None:
+                edge, (box, sigma, s) = model.a["edges"][k], self.outcome(i, k, stay)
+                if box is not None and not (self.landing is not None and self.landing(self, i, k, s, box)):
                     jumps = None if c.jumps is None else c.jumps + 1
                     after = i if self.meeting else -1
                     self._contained(edge["target"], box, sigma, jumps, after, f"edge {edge['name']}")

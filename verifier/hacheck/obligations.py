@@ -14,7 +14,7 @@ from hacheck.cells import Box, Cells, Model, placement
 from hacheck.core import Core
 from hacheck.expressions import Instant, Scope
 from hacheck.formula import NEGATED, Formula, conj, disj, replace, variables
-from hacheck.rational import Beyond, Poly, Powers, Refused, constant, spend, substitute
+from hacheck.rational import Beyond, Interval, Poly, Powers, Refused, constant, spend, substitute
 from hacheck.replay import Walk
 
 Json = Any
@@ -150,16 +150,16 @@ class Setting:
         self.hash = canonical_hash(
             {"automaton": automaton, "constants": mentioned(core, automaton, hidden), **shared})  # fmt: skip
         self.own = hidden & set(core.constants)
-        self._cells: dict[tuple[str, bool], Cells | Refused] = {}
+        self._cells: dict[str, Cells | Refused] = {}
         self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
         self._starts: set[str] = set()
 
-    def cells(self, name: Json, meeting: bool) -> Cells:
-        """A file of cells, checked for completeness once; `meeting`: each run leaves them or meets the goal."""
-        key = (str(name), meeting)
+    def cells(self, name: Json) -> Cells:
+        """A file of cells, checked for completeness once."""
+        key = str(name)
         if key not in self._cells:
             try:
-                self._cells[key] = Cells(self.model, self.load(str(name)), meeting)
+                self._cells[key] = Cells(self.model, self.load(key))
             except Refused as e:
                 self._cells[key] = e
         found = self._cells[key]
@@ -257,7 +257,7 @@ class Question:
         if "proof" in given:
             if self.claim["inductive"]:
                 raise Beyond("proofs that an invariant is inductive")
-            cells = self.setting.cells(entry.get("cells"), False)
+            cells = self.setting.cells(entry.get("cells"))
             self._covers(cells)
             self._prove(cells, part, given["proof"])
             return "proved"
@@ -340,7 +340,7 @@ class Question:
         if self.limit is None or (self.goal["within"] is None and self.jumps is not None) or self.after is not None:
             raise Beyond("a `reach` without a time limit")
         self.setting.start(entry.get("start"), self.assume)
-        cells = self.setting.cells(entry.get("cells"), True)
+        cells = Cells(self.model, self.setting.load(str(entry.get("cells"))), self._landed)
         if not cells.timed:
             raise Refused("the cells do not track time")
         for i, c in enumerate(cells.cells):
@@ -356,6 +356,20 @@ class Question:
             met = conj([at.formula(self.goal["condition"]), at.formula(["<=", ["time"], str(self.limit)])])
             self._tree("b", disj([met, *assumed]), self.setting.place(cells, i, (c.meet, c.meet), {}))
             self._tree("b", self.model.domain(c.mode), self.setting.place(cells, i, (Fraction(0), c.meet), {}))
+
+    def _landed(self, cells: Cells, i: int, k: int, s: Interval, after: Box) -> bool:
+        """Does the goal hold in time where edge k leads to from cell i, whatever the outcome?"""
+        edge, at = self.setting.a["edges"][k], self.model.landing(k)
+        if fold(self.goal["condition"], edge["target"], edge) is False or not cells.timed:
+            return False
+        met = conj([at.formula(self.goal["condition"]), at.formula(["<=", ["time"], str(self.limit)])])
+        sets = {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}
+        try:
+            excuses = (at.formula(a, True) for a in self.assume)
+            self._tree("b", disj([met, *excuses]), self.setting.place(cells, i, s, sets))
+        except Refused:
+            return False
+        return True
 
     def _in_time(self, walk: Walk) -> None:
         end = walk.end

@@ -62,6 +62,16 @@ def test_reach_in_time_and_too_late(tmp_path):
     assert set(checked(tmp_path, s, found).values()) == {"accepted"}
 
 
+def test_a_jump_that_comes_in_time_and_one_that_is_too_late(tmp_path):
+    jump = Expr("jump", ("e1",))
+    soon, late = Goal("reach", jump, within=n(2)), Goal("reach", jump, within=n("1.9"))
+    other = Goal("reach", Expr("jump", ("none",)), within=n(2))
+    s = spec(schedule([[0], [0], [0]]), claim("soon", soon), claim("late", late), claim("other", other))
+    found = decide_all(s)
+    assert [type(found[k].verdict) for k in ("soon", "late", "other")] == [Proved, Refuted, Refuted]
+    assert set(checked(tmp_path, s, found).values()) == {"accepted"}
+
+
 def test_a_premise_that_is_never_true_decides_nothing():
     never = op("implies", op("and", Expr("at", ("M0",)), Expr("at", ("M1",))), op("<", X, n(0)))
     verdict = decide_all(spec(schedule([[0], [0]]), claim("c", always(never))))["c"].verdict

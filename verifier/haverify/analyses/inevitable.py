@@ -11,12 +11,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.clocked import Cell, Cells, certain_from, landed, leave, left_window, longest, starts
+from haverify.analyses.clocked import Cell, Cells, Exit, certain_from, landed, leave, left_window, longest, starts
 from haverify.analyses.context import Context, cells_json, state_json
 from haverify.analyses.counterexample import Explorer, Node, choices, the_run
 from haverify.analyses.goals import Answer, first_start
 from haverify.analyses.motion import stretches
-from haverify.analyses.placement import place
+from haverify.analyses.placement import Placement, place
 from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.stuck import certain_exit
@@ -110,8 +110,22 @@ def _follow(setting: Setting, found: Leading, index: int) -> None:
     short = cell if at is None else replace(cell, dwell=at)
     for k in model.leaving[cell.mode]:
         out = leave(model, short, model.edge(k), None)
-        if out is not None:
+        if out is not None and not met_by_landing(setting, short, out):
             found.cells.cells.append(landed(cell, out, model))
+
+
+def met_by_landing(setting: Setting, cell: Cell, out: Exit) -> bool:
+    """Whether the goal certainly holds, in time, at the instant at which an exit lands, whatever its outcome."""
+    model = setting.model
+    edge = model.automaton.edges[out.edge]
+    folded = residual(setting.goal.condition, Situation(edge.target, edge.source, edge.name))
+    if folded.op == "false":
+        return False
+    landing = model.landing(out.edge)
+    met = conjunction([landing.formula(folded), setting.timing()])
+    excused = negation(setting.assumptions(landing))
+    placement = place(model, cell, out, {})
+    return _shown(setting, placement, met) or (excused is not False and _shown(setting, placement, excused))
 
 
 def meeting(setting: Setting, cell: Cell) -> Q | None:
@@ -147,7 +161,10 @@ def _certain(setting: Setting, cell: Cell, first: Q, last: Q, f: Formula) -> boo
         cell = replace(cell, entry=entry, sigma=sigma, dwell=Q(0))
     else:
         cell = replace(cell, dwell=last)
-    placement = place(setting.model, cell, None, {})
+    return _shown(setting, place(setting.model, cell, None, {}), f)
+
+
+def _shown(setting: Setting, placement: Placement, f: Formula) -> bool:
     placed = placement.place(f)
     if not placement.bounded:
         return placed is True
