@@ -1,12 +1,14 @@
-"""`record` behaves like `dataclass(frozen=True, slots=True)`."""
+"""`record` behaves like `dataclass(frozen=True, slots=True)`, `holder` like `dataclass(eq=False)`."""
 
 import copy
+import dataclasses
 import pickle
-from dataclasses import FrozenInstanceError, asdict, field, fields, replace
+from dataclasses import FrozenInstanceError, asdict, fields
+from functools import cached_property
 
 import pytest
 
-from haverify.text.record import record
+from haverify.text.record import field, holder, record, replace
 
 
 @record
@@ -30,6 +32,28 @@ class Positive:
     def __post_init__(self) -> None:
         if self.value <= 0:
             raise ValueError
+
+
+@record
+class Square:
+    side: int
+
+    @cached_property
+    def area(self) -> int:
+        return self.side**2
+
+
+@holder
+class Basket:
+    """Things that come and go."""
+
+    owner: str
+    things: list[str] = field(default_factory=list)
+    secret: str = field(default="", repr=False)
+
+    @cached_property
+    def size(self) -> int:
+        return len(self.things)
 
 
 def test_values_and_defaults() -> None:
@@ -58,9 +82,54 @@ def test_it_is_frozen_and_has_no_other_attributes() -> None:
 
 def test_the_tools_for_dataclasses_work() -> None:
     p = Point(1, 2)
-    assert replace(p, y=5) == Point(1, 5)
+    assert dataclasses.replace(p, y=5) == Point(1, 5)
     assert asdict(p) == {"x": 1, "y": 2, "tags": [], "remark": ""}
     assert [f.name for f in fields(p)] == ["x", "y", "tags", "remark"]  # type: ignore[arg-type]
+
+
+def test_the_tools_for_dataclasses_see_what_was_said_about_a_field() -> None:
+    x, y, tags, remark = fields(Point)  # type: ignore[arg-type]
+    assert x.default is dataclasses.MISSING
+    assert (y.default, tags.default_factory) == (0, list)
+    assert (remark.compare, remark.repr, y.compare, y.repr) == (False, False, True, True)
+
+
+def test_a_copy_with_changes() -> None:
+    assert replace(Point(1, 2), y=5) == Point(1, 5)
+    with pytest.raises(TypeError):
+        replace(Point(1), z=5)
+    with pytest.raises(ValueError):
+        replace(Positive(1), value=0)
+
+
+def test_arguments_are_as_the_fields_say() -> None:
+    with pytest.raises(TypeError):
+        Square()  # type: ignore[call-arg]
+    with pytest.raises(TypeError):
+        Square(1, 2)  # type: ignore[call-arg]
+    assert Square(side=3) == Square(3)
+
+
+def test_cached_properties_are_kept_and_no_part_of_the_record() -> None:
+    s = Square(3)
+    assert (s.area, s.__dict__) == (9, {"area": 9})
+    assert s == Square(3)
+    assert pickle.loads(pickle.dumps(s)).area == 9
+    with pytest.raises(FrozenInstanceError):
+        s.side = 4  # type: ignore[misc]
+
+
+def test_a_holder_changes_and_equals_itself_only() -> None:
+    basket = Basket("me", secret="s")
+    assert (basket.size, basket.things) == (0, [])
+    basket.owner = "you"
+    basket.things.append("apple")
+    assert repr(basket) == "Basket(owner='you', things=['apple'])"
+    assert basket != Basket("you", ["apple"])
+    assert basket in {basket}
+    assert Basket("x").things == []
+    assert copy.copy(basket).owner == "you"
+    assert replace(basket, owner="he").things is basket.things
 
 
 def test_copies_and_pickles_are_equal() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from haverify.run import lockfile
 from haverify.run.examine import Examined, examine
 from haverify.run.pipeline import Options, check
 from haverify.run.settings import duration, settings
+from haverify.text.record import replace
 
 
 def run(called: argparse.Namespace) -> int:

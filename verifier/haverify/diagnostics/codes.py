@@ -6,14 +6,14 @@ page says why the finding matters, with a bad example (which yields the code) an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
+from haverify.text.record import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Code:
     """An entry of the catalogue.
 

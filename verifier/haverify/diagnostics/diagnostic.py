@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum
 
+from haverify.text.record import field, record
 from haverify.text.span import Span
 
 
@@ -17,7 +17,7 @@ class Severity(Enum):
     VERDICT = "verdict"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Label:
     """A second place of a finding and what it has to say there."""
 
@@ -25,7 +25,7 @@ class Label:
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Edit:
     """Replace the text of `span` by `text`."""
 
@@ -33,7 +33,7 @@ class Edit:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Fix:
     """Edits that remove the finding; `safe` ones are applied by `--fix`, others by `--unsafe-fixes`."""
 
@@ -42,7 +42,7 @@ class Fix:
     safe: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Diagnostic:
     """A finding.
 

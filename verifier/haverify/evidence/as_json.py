@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +15,7 @@ from haverify.maths.digits import rational_text
 
 _VERDICTS: dict[str, type[Proved] | type[Refuted]] = {"proved": Proved, "refuted": Refuted}
 _TEXTS = ("kind", "reason", "reached", "nearest", "next_step")
+_SENSITIVITY = ("constant", "slope", "to_zero", "rounding")
 
 
 def evidence_to(e: Evidence) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def _part_to(p: PartResult) -> dict[str, Any]:
         "run": _run_to(p.run),
         "facts": list(p.facts),
         "constants": list(p.constants),
-        "sensitivities": [[_plain(getattr(s, f.name)) for f in fields(Sensitivity)] for s in p.sensitivities],
+        "sensitivities": [[_plain(getattr(s, name)) for name in _SENSITIVITY] for s in p.sensitivities],
     }
 
 

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Verdict
+from haverify.text.record import field, record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sensitivity:
-    """How the margin of a part depends on one constant: d(margin)/d(value), the change that brings the margin to 0, the share of its rounding box."""
+    """How the margin of a part depends on one constant.
+
+    `slope` is d(margin)/d(value), `to_zero` the change that brings the margin to 0, `rounding` the share of its
+    rounding box.
+    """
 
     constant: str
     slope: Fraction
@@ -20,12 +24,12 @@ class Sensitivity:
     rounding: Fraction | None  # slope * half, the most that rounding of this constant can move the margin
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PartResult:
     """A part of a claim (docs/core.md section 4) with a verdict of its own.
 
-    `text` is the part as people read it; `extremes` are (output, low, high, instant) facts, as text, of outputs that leave
-    their bounds; `constants` the constants its outputs read in that mode.
+    `text` is the part as people read it; `extremes` are (output, low, high, instant) facts, as text, of outputs that
+    leave their bounds; `constants` the constants its outputs read in that mode.
     """
 
     goal: int
@@ -40,7 +44,7 @@ class PartResult:
     sensitivities: tuple[Sensitivity, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rounding:
     """The second verdict of a claim: for every model that rounds to the printed numbers."""
 
@@ -48,9 +52,9 @@ class Rounding:
     margin: Margin | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Evidence:
-    """An analysis' proposal for a claim. `certificate` and `cells` are JSON values as docs/core.md section 5 defines them."""
+    """An analysis' proposal for a claim; `certificate` and `cells` are JSON values as docs/core.md section 5 has it."""
 
     verdict: Verdict
     parts: tuple[PartResult, ...]

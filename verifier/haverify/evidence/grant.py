@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Literal
 
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Trust, Unknown, Verdict
-from haverify.text.record import record
+from haverify.text.record import record, replace
 
 
 @record

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
+from haverify.text.record import record
 
-@dataclass(frozen=True, slots=True)
+
+@record
 class Step:
     """Dwell for `dwell` seconds, then take edge number `edge`; `values` are those chosen by set-valued resets."""
 
@@ -15,7 +16,7 @@ class Step:
     values: tuple[tuple[str, Fraction], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Run:
     """A run that starts in `mode` with `values` under `params`, makes `steps` and dwells `last` seconds more."""
 

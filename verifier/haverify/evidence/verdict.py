@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
+
+from haverify.text.record import record
 
 
 class Trust(IntEnum):
@@ -15,7 +16,7 @@ class Trust(IntEnum):
     CHECKED = 3
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Margin:
     """Signed distance to the bound, `low <= margin <= high`, in `unit`; `at` says where it occurs, for people.
 
@@ -29,7 +30,7 @@ class Margin:
     strict: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Proved:
     """True on every admissible run (`can reach`: on some run), by the evidence named beside it."""
 
@@ -37,7 +38,7 @@ class Proved:
     trust: Trust | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Refuted:
     """False on one admissible run, which is in the evidence."""
 
@@ -45,9 +46,12 @@ class Refuted:
     trust: Trust | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Unknown:
-    """Not decided: `kind` is a word scripts can test (vacuous, budget, fragment, grade, window, jumps, dependency), `reason` is for people."""
+    """Not decided: `kind` is a word scripts can test, `reason` is for people.
+
+    Kinds are vacuous, budget, fragment, grade, window, jumps, dependency and others.
+    """
 
     kind: str
     reason: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeVar
@@ -18,7 +17,7 @@ from haverify.solvers.answer import Answer, Contradiction, Holds, Undecided
 from haverify.solvers.conditions import Condition, decide
 from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.literals import Case, Literal, TooManyCasesError, terms
-from haverify.text.record import record
+from haverify.text.record import field, holder, record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
@@ -47,7 +46,7 @@ class EdgeState:
     leaving: Answer | None = None
 
 
-@dataclass
+@holder
 class Facts:
     """Derived facts about one spec, computed when first asked for."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.lint._facts import Facts
 from haverify.model.spec import Spec
+from haverify.text.record import replace
 from haverify.text.source import Source
 from haverify.text.span import Span
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
@@ -14,6 +13,7 @@ from haverify.model.expression import Expr, rebuild
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.solvers.answer import Contradiction
+from haverify.text.record import replace
 
 
 @rule("HA302")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._clock import Lock, locks
@@ -16,6 +15,7 @@ from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.solvers.frame import Frame
 from haverify.solvers.literals import number_of
+from haverify.text.record import replace
 
 
 @rule("HA303")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+
+from haverify.text.record import record
 
 MAX_BITS = 14_000
 """No numerator or denominator is longer: such a number has fewer than 4,300 decimal digits and always prints."""
@@ -111,7 +112,7 @@ def _half_unit(exponent: int) -> Fraction:
     return Fraction(10) ** exponent / 2
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PiRational:
     """`rational * pi^power`."""
 

@@ -8,11 +8,11 @@ Importing this module raises `ToolError` if the kernel is missing or was built f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.errors import ToolError
 from haverify.maths.freshness import require_fresh
+from haverify.text.record import record
 
 try:
     from haverify import _kernel
@@ -25,7 +25,7 @@ Fault = _kernel.Fault
 Exact = int | Fraction
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Interval:
     """The reals between two finite floats, ends included.
 

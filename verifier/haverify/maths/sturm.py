@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.maths import bernstein
@@ -26,12 +25,13 @@ from haverify.maths.univariate import (
     square_free,
     value,
 )
+from haverify.text.record import record
 
 DEEP = 48  # bisections before multiple roots are divided out
 FINE = 44  # bits to which a critical point is refined, relative to its isolating interval
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Root:
     """One real root: the number `low` where `low == high`, else the only root in the open interval.
 
@@ -47,7 +47,7 @@ class Root:
         return (self.low + self.high) / 2
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Extreme:
     """The least or greatest value on an interval: `low <= value <= high`, attained at or near `at`;
     exactly there if `exact`."""
@@ -236,7 +236,7 @@ def _critical(p: Integers, slope: Integers, root: Root) -> Extreme:
     return Extreme(v - error, v + error, x, False)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Piece:
     """A root of some of the polynomials (`is_root`), or one rational of a stretch between roots, and the
     signs there."""

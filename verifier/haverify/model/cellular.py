@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.model.expression import Expr
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rule:
     """`left -> right`, both as bit strings."""
 
@@ -17,7 +16,7 @@ class Rule:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CellularAutomaton:
     """Cells `first ++ second` (two enumerations with bit codes) and rules; or `next(argument) = formula`."""
 
@@ -32,7 +31,7 @@ class CellularAutomaton:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Relation:
     """A finite set of pairs of names; `is_map` where every line is written `a -> b`."""
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Range
+from haverify.text.record import record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
     from haverify.model.unit import Unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Goal:
     """One goal line; `kind` is always, reach, can_reach, can_always, stl, holds or cycle."""
 
@@ -26,7 +26,7 @@ class Goal:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Expectation:
     """The verdict a claim is expected to have; `margin` and `share` are (comparison, bound)."""
 
@@ -37,7 +37,7 @@ class Expectation:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Claim:
     """A property or an invariant. `using` names invariants it may assume, `which` params whose range is to be split."""
 

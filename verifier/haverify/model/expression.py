@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from haverify.text.record import field, record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
     from haverify.model.unit import Unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Expr:
     """A node `op(args)`.
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from haverify.model.expression import Expr
+from haverify.text.record import record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
     from haverify.model.unit import Unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Term:
     """A membership function: `shape` (tri, trap, ramp, ...) with its corners in the unit of the input."""
 
@@ -23,7 +23,7 @@ class Term:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FuzzyInput:
     """An input over `[low, high]`; `source` is (system, output) for a chained one, whose terms it inherits."""
 
@@ -36,7 +36,7 @@ class FuzzyInput:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FuzzyRule:
     """`premise => output is term`; the premise is built of `and`, `or`, `not` and `["is", input, term]`."""
 
@@ -47,7 +47,7 @@ class FuzzyRule:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FuzzyController:
     """Inputs, outputs with their terms, the norms for `and` and `or`, and rules."""
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from haverify.model.expression import Expr
+from haverify.text.record import record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
     from haverify.model.unit import Unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Range:
     """The closed interval between two expressions, in the unit of what it bounds."""
 
@@ -21,7 +21,7 @@ class Range:
     high: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Constant:
     """One exact value, or a set (`Range`); `half` is half a unit of the last printed digit, under `digits n`."""
 
@@ -33,7 +33,7 @@ class Constant:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Param:
     """One unknown value of `range` per run; `default` serves simulation and plots only."""
 
@@ -44,7 +44,7 @@ class Param:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Input:
     """A value chosen by an adversary at every instant; without `range` a port to be bound."""
 
@@ -57,7 +57,7 @@ class Input:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Variable:
     """A state variable; `type` is `real`, `bool` or an enumeration; `range` the declared window of the analysis."""
 
@@ -68,7 +68,7 @@ class Variable:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Output:
     """A `let`: a quantity computed from the state."""
 
@@ -79,7 +79,7 @@ class Output:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Assign:
     """`var := to`, or any value of `to` where it is a `Range`."""
 
@@ -88,7 +88,7 @@ class Assign:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FlowLine:
     """`var' = rate`, or an inclusion where `rate` is a `Range`."""
 
@@ -97,7 +97,7 @@ class FlowLine:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Init:
     """Start states of `mode` (None: of every mode whose domain holds) that satisfy `where` after the assignments."""
 
@@ -107,7 +107,7 @@ class Init:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mode:
     """A discrete state: where a run may dwell, how it flows, which outputs it computes in its own way."""
 
@@ -119,7 +119,7 @@ class Mode:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Edge:
     """An arrow between modes; an index in the automaton's list identifies it, a name may be shared."""
 
@@ -132,7 +132,7 @@ class Edge:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Priority:
     """Edges (in systems: interactions), highest first, where `when` holds."""
 
@@ -141,7 +141,7 @@ class Priority:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class HybridAutomaton:
     """An automaton with every mode and edge written out."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from haverify.text.record import field, record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from haverify.model.tables import DataTable, Network
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class EnumType:
     """An enumeration; `codes` as written (`0b011`, `3`) or None; `low`, `high` for an integer one."""
 
@@ -30,7 +30,7 @@ class EnumType:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class UnitDef:
     """A unit made by the file: `value` is (rational, pi exponent, base dimensions), None for a new base unit."""
 
@@ -38,7 +38,7 @@ class UnitDef:
     value: tuple[Fraction, int, tuple[tuple[str, Fraction], ...]] | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Cell:
     """A cell of a CSV table: `number` is the value of the constant `constant`; rows are the lines of the file."""
 
@@ -50,7 +50,7 @@ class Cell:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Allowed:
     """An `@allow(code, reason = ...)`; it covers findings whose primary span lies in `span`."""
 
@@ -60,7 +60,7 @@ class Allowed:
     at: Span  # of the attribute itself
 
 
-@dataclass(frozen=True)
+@record
 class Spec:
     """Everything a spec says. Order is that of the text (imports first)."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Assign, Constant, Init, Input, Output, Param, Priority, Range, Variable
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Binding:
     """A constant, param or input of a part, bound to an expression (or a `Range`) in the scope of the system."""
 
@@ -18,7 +17,7 @@ class Binding:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     """One automaton (or system) inside a system, under a name of its own."""
 
@@ -28,7 +27,7 @@ class Part:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Sync:
     """An interaction: `edges` fire together; each of `listeners` joins when enabled. Edges are `part.edge`."""
 
@@ -41,7 +40,7 @@ class Sync:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class System:
     """A network of automata; names of parts are `part.x`."""
 

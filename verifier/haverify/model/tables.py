@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from haverify.text.record import record
 from haverify.text.span import Span
 
 if TYPE_CHECKING:
     from haverify.model.unit import Unit
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class DataTable:
     """A function of one or two axes, `interpolate` linear or hold; `rows` hold the axes' values, then the columns'."""
 
@@ -25,7 +25,7 @@ class DataTable:
     file: str = ""  # relative to the spec; no part of the core
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Network:
     """A neural network in a file; inputs and outputs with their units, in order."""
 

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, lru_cache
+
+from haverify.text.record import field, record
 
 Exponent = int | Fraction
 Dimensions = tuple[tuple[str, Exponent], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NamedUnit:
     """A unit with a name: `scale * pi^pi` of the base units `dimensions`."""
 
@@ -35,7 +36,7 @@ class NamedUnit:
         return (self.scale != 1 or self.pi != 0) and any(n == "rad" for n, _ in self.dimensions)
 
 
-@dataclass(frozen=True, eq=True)
+@record
 class Unit:
     """A product of powers of named units, in canonical order: made by `parse_unit`, `ONE`, `*`, `/`, `power`."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from haverify.maths.polynomial import variable
@@ -12,11 +11,12 @@ from haverify.model.hybrid import Constant, HybridAutomaton, Param, Range
 from haverify.model.spec import Spec
 from haverify.obligations.formula import Formula
 from haverify.obligations.translate import Case, OutsideFragmentError, Scope
+from haverify.text.record import field, holder
 
 Q = Fraction
 
 
-@dataclass
+@holder
 class Values:
     """What a spec's constants and enumerations are worth inside one automaton; `symbolic` constants stay variables."""
 

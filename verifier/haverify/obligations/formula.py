@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.maths.polynomial import Polynomial
+from haverify.text.record import record
 
 HOLDS: Mapping[str, Callable[[Fraction], bool]] = {
     "<": lambda v: v < 0,
@@ -16,7 +16,7 @@ HOLDS: Mapping[str, Callable[[Fraction], bool]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Literal:
     """`polynomial op 0` with `op` one of `<`, `<=`, `==`, `!=`."""
 
@@ -24,7 +24,7 @@ class Literal:
     polynomial: Polynomial
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Junction:
     """A conjunction (`is_and`) or disjunction of at least two formulas, none of them constant or of the same kind."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from typing import Any
@@ -12,11 +11,12 @@ from haverify.model.claim import Claim, Goal
 from haverify.model.core import automaton_to_json, canonical, expr_to_json, goal_to_json, horizon_to_json, to_core
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
+from haverify.text.record import holder
 
 Json = Any
 
 
-@dataclass
+@holder
 class Hashes:
     """The obligation hashes of claims on one automaton; what they share is computed once."""
 

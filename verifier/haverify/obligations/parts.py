@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Edge, HybridAutomaton
 from haverify.obligations.residual import Situation, residual
+from haverify.text.record import record
 
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 JUMPY = frozenset({"jump", "jumped", "pre"})
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Group:
     """The conjuncts with one output, and the modes where one of them can be anything but true (None: any mode)."""
 
@@ -23,7 +23,7 @@ class Group:
     mentions_jumps: bool
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Part:
     """One question: the residuals of a group in one mode (`dwell`, `stuck`) or at one edge (`jump`, by its index)."""
 

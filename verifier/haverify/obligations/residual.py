@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.model.expression import FALSE, TRUE, Expr, rebuild
+from haverify.text.record import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Situation:
     """An instant: dwelling in `mode`, or just after edge `edge` led from `source` to `mode`."""
 

@@ -8,7 +8,6 @@ A comparison of values is the conjunction, over the cases, of `not condition or 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 
@@ -16,6 +15,7 @@ from haverify.maths.bernstein import Box, bounds
 from haverify.maths.polynomial import ONE, Polynomial, constant, total, variable
 from haverify.model.expression import Expr
 from haverify.obligations.formula import Formula, compare, conjunction, disjunction, literal, negation, transform
+from haverify.text.record import field, holder, record
 
 UNIT = constant(1)
 COMPARISONS = frozenset({"<", "<=", ">", ">=", "==", "!="})
@@ -30,7 +30,7 @@ class OutsideFragmentError(Exception):
     which and why."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Case:
     """`numerator / denominator` where `condition` holds."""
 
@@ -39,7 +39,7 @@ class Case:
     denominator: Polynomial = UNIT
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Landing:
     """A jump: what held before it, the mode it leads to, and the values it assigns, as polynomials in those before."""
 
@@ -66,7 +66,7 @@ class Landing:
         return p.substitute(self.assigned)
 
 
-@dataclass
+@holder
 class Scope:
     """What names mean in one mode: polynomials in variables, params, symbolic constants, `pi` and `sigma`.
 

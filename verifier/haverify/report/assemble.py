@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 from haverify.evidence.evidence import Evidence, PartResult, Sensitivity
@@ -18,10 +17,11 @@ from haverify.report.exit_codes import OK
 from haverify.report.gate import Judgement, expected, word
 from haverify.report.numbers import margin
 from haverify.report.walk import describe
+from haverify.text.record import record
 from haverify.text.source import Source
 
 
-@dataclass(frozen=True)
+@record
 class Assembler:
     """The spec and its texts, from which names, places and numbers of the report come."""
 

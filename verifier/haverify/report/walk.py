@@ -6,7 +6,6 @@ It adds nothing to what makes a run believed: `hacheck` walks every run on its o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from operator import ge, gt, le, lt
 
@@ -17,6 +16,7 @@ from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.report import report
 from haverify.report.numbers import decimal
+from haverify.text.record import record
 
 State = dict[str, Fraction]
 
@@ -25,7 +25,7 @@ class _NotExact(Exception):
     """A value on the way is no rational; the run is shown up to there."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Scope:
     """What names mean: values of variables and params, definitions of constants and lets."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,10 @@ from haverify.run import cache, recheck
 from haverify.run.executors import Solved, solve
 from haverify.run.folder import ReportFolder, certificate_file
 from haverify.run.keys import Cones, code_hash
+from haverify.text.record import field, holder, record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Plan:
     """What decides how a run goes, and nothing about what is claimed."""
 
@@ -30,7 +30,7 @@ class Plan:
     base: Path  # the folder of the spec, from which its tables are found
 
 
-@dataclass
+@holder
 class Decided:
     """Granted evidence by claim; `faults` are certificates refused and other failures of ours."""
 

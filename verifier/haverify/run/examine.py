@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
@@ -15,10 +14,11 @@ from haverify.errors import UsageError
 from haverify.model.spec import Spec
 from haverify.report import allow, baseline
 from haverify.run import lockfile
+from haverify.text.record import field, record
 from haverify.text.source import Source
 
 
-@dataclass(frozen=True)
+@record
 class Examined:
     """What was read and found. `spec` is None where the text has no meaning; `accepted` maps findings to reasons.
 

@@ -8,16 +8,16 @@ import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from haverify.evidence.evidence import Evidence
 from haverify.model.spec import Spec
+from haverify.text.record import field, holder
 
 _USUAL = Fraction(60)  # the budget, in s, that stands for the usual amount of work: limits are work, not time
 
 
-@dataclass
+@holder
 class Solved:
     """Proposed evidence by claim. A claim without any was not reached, or made an analysis fail (`faults`).
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.elaborate.files import Files
 from haverify.syntax import tree as t
 from haverify.syntax.parse import parse
+from haverify.text.record import field, holder, record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
 MAX_BYTES = 64_000_000
 
 
-@dataclass(frozen=True)
+@record
 class Loaded:
     """A spec as read: its tree, what it refers to, and all texts by path shown (data files included)."""
 
@@ -26,7 +26,7 @@ class Loaded:
     sources: dict[str, Source] = field(default_factory=dict)
 
 
-@dataclass
+@holder
 class _Reading:
     trees: dict[tuple[str, str], t.Tree] = field(default_factory=dict)
     data: dict[tuple[str, str], Source] = field(default_factory=dict)

@@ -6,7 +6,6 @@ import json
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -31,9 +30,10 @@ from haverify.run.examine import Examined, examine
 from haverify.run.folder import ReportFolder, certificate_file, obligation_file
 from haverify.run.keys import reproducibility
 from haverify.run.lockfile import refuted_text
+from haverify.text.record import record, replace
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Options:
     """What a call of `check` asks for; `report` None: the report is not kept."""
 
@@ -46,7 +46,7 @@ class Options:
     grade: Trust
 
 
-@dataclass(frozen=True)
+@record
 class Outcome:
     """A checked spec: what was read, the evidence and the report on it, the problems it adds, faults of ours.
 
@@ -237,7 +237,7 @@ def _obligations(claim: Claim, evidence: Evidence) -> str:
     return "\n".join(lines) + "\n"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Clock:
     """Wall time and CPU time, children included, at the start."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import fields
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -71,7 +70,7 @@ def _table(path: Path) -> Any:
 
 
 def _checked(table: Any, shown: str) -> Settings:
-    known = [f.name for f in fields(Settings)]
+    known = list(Settings.__annotations__)
     if not isinstance(table, dict):
         raise UsageError(f"{shown}: [tool.haverify] is no table")
     for key, value in table.items():

@@ -7,7 +7,6 @@ for the rest. A condition falls apart into groups that share no unknown, each de
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from math import prod
@@ -21,7 +20,7 @@ from haverify.solvers.closure import closure
 from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.linear import Infeasible, Row, TooLarge, solve
 from haverify.solvers.literals import INVERSE, PI, QUOTIENT, STAND_IN, Case, Literal, TooManyCasesError, both, cases
-from haverify.text.record import record
+from haverify.text.record import field, holder, record
 
 MAX_CHOICES = 256
 MAX_VALUES = 16
@@ -136,7 +135,7 @@ def _equal(name: str, value: Fraction) -> Literal:
 # ---- one conjunction ------------------------------------------------------------
 
 
-@dataclass
+@holder
 class _Rows:
     """Literals in progress, each with the numbers of the literals it follows from, and what was eliminated."""
 

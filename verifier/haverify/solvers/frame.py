@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -12,9 +11,10 @@ from haverify.maths.polynomial import Polynomial, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Constant, HybridAutomaton, Input, Mode, Output, Param, Variable
 from haverify.model.spec import EnumType, Spec
+from haverify.text.record import field, record, replace
 
 
-@dataclass(frozen=True)
+@record
 class Scope:
     """The declarations that names of an automaton (or, without one, of the top level) refer to."""
 
@@ -60,7 +60,7 @@ class Scope:
         return [low + k for k in range(len(enum.values))]
 
 
-@dataclass(frozen=True)
+@record
 class Frame:
     """A scope, the mode whose lets are meant, and the value of each variable where it is not the variable itself."""
 

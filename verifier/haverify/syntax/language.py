@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from haverify.text.record import record
 
-@dataclass(frozen=True, slots=True)
+
+@record
 class Rule:
     """A production: how many symbols it takes, and which children its node gets.
 
@@ -27,7 +28,7 @@ class Rule:
     plan: tuple[tuple[int, int, int], ...] | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Language:
     """`states[state][symbol]` is the next state, or when negative the index in `rules` of the rule to reduce by.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from haverify.syntax import tree
 from haverify.syntax.expressions import print_expr, print_family
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Line:
     """`head`, or `head { inner }` when `inner` is not None; `above` are doc comments and attributes."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ from haverify.syntax.language import Language
 from haverify.syntax.machine import Machine
 from haverify.syntax.scan import LINE_END, NO_GAP, SEMICOLON, Piece, Scanner
 from haverify.syntax.tree import Tree
+from haverify.text.record import replace
 from haverify.text.source import Source
 from haverify.text.span import Span
 

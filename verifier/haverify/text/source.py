@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from bisect import bisect_right
-from dataclasses import dataclass
 from functools import cached_property
 
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True)
+@record
 class Source:
     """A file as read: `path` as shown to users, decoded `text` (no BOM, `\\n` line ends), `sha256` of the raw bytes."""
 

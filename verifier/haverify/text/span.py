@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from haverify.text.record import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Span:
     """The code points `start <= k < end` of the text of one file.
 
