@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from haverify.analyses.clocked import Cells
@@ -23,11 +22,12 @@ from haverify.obligations.formula import (
     variables,
 )
 from haverify.obligations.parts import Part
+from haverify.text.record import field, holder
 
 Q = Fraction
 
 
-@dataclass
+@holder
 class Judged:
     """A part on its cells: a tree for each where there is one, and the least margin with the cell that has it."""
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.maths.bernstein import bounds as range_on
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds
+from haverify.text.record import record
 
 Q = Fraction
 End = Fraction | None  # None: infinite
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Interval:
     """The numbers from `low` to `high`; None is infinite; an open end does not belong."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Set
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
@@ -16,6 +15,7 @@ from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.formula import Formula, Junction, Literal, conjunction, disjunction
 from haverify.obligations.translate import Landing, OutsideFragmentError, Scope
+from haverify.text.record import field, holder, record
 
 Q = Fraction
 DWELL, CLOCK = "s", "sigma"  # the box variables of certificates: scaled dwell, scaled time at entry
@@ -23,7 +23,7 @@ RESERVED = frozenset({DWELL, CLOCK, "pi"})
 PI = (Q(103993, 33102), Q(104348, 33215))  # consecutive convergents of pi: below, above
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Reset:
     """What an edge makes of a variable: a polynomial, or any value between two."""
 
@@ -36,7 +36,7 @@ class Reset:
         return self.low != self.high
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ClockEdge:
     """An edge as formulas over the variables before it; `resets` only of variables that change."""
 
@@ -49,7 +49,7 @@ class ClockEdge:
     resets: Mapping[str, Reset]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ClockMode:
     """A mode whose variables move as `e + slope * s`, `s` being time times `rho`; `domain` is closed."""
 
@@ -62,7 +62,7 @@ class ClockMode:
     terminal: bool
 
 
-@dataclass
+@holder
 class ClockModel:
     """One automaton of the fragment. Modes and edges are compiled when asked for; OutsideFragmentError
     says what is missing."""

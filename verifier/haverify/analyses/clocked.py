@@ -8,7 +8,6 @@ section 5, "Cells are complete"); with several clocks, or after joining, it may 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from haverify.analyses.bounds import EVERYTHING, Box, Interval, image, narrow, point, single
@@ -18,6 +17,7 @@ from haverify.maths.polynomial import Polynomial
 from haverify.model.hybrid import Assign, Init, Range
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, negation, truth
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import field, holder, record
 
 Q = Fraction
 MOST_CELLS = 20_000
@@ -25,7 +25,7 @@ SEPARATE = 12  # cells of one mode and discrete state before they are joined
 PATIENCE = 3  # joins of one cell before its moving ends are widened
 
 
-@dataclass(slots=True)
+@holder
 class Cell:
     """One cell; `sigma` is the scaled time at entry where time is followed, `parent` the first way into it."""
 
@@ -39,7 +39,7 @@ class Cell:
     joins: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Exit:
     """An edge taken out of a cell: during which scaled dwells, from which box, into which box, at which
     scaled times."""
@@ -51,7 +51,7 @@ class Exit:
     sigma: Interval | None
 
 
-@dataclass
+@holder
 class Cells:
     """All cells of an automaton up to a horizon (None: of all runs). `trouble` says why they are not
     complete, if so."""
@@ -100,7 +100,7 @@ def explore(model: ClockModel, time: Q | None = None, jumps: int | None = None) 
     return found
 
 
-@dataclass
+@holder
 class _Search:
     found: Cells
     queue: list[int] = field(default_factory=list)

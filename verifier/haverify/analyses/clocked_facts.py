@@ -7,7 +7,6 @@ written, is stuck.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.analyses.bounds import EVERYTHING, Interval
@@ -22,11 +21,12 @@ from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.parts import edge_names
 from haverify.obligations.translate import OutsideFragmentError, Scope
+from haverify.text.record import record
 
 Q = Fraction
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Lock:
     """A state in which a run is stuck: the mode, the values of the variables, the time (s), the edges that
     fail there."""
@@ -37,7 +37,7 @@ class Lock:
     edges: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class OutputRange:
     """The range of an output in a mode over all reached states; ends are exact or enclosed outwards."""
 
@@ -49,7 +49,7 @@ class OutputRange:
     at_high: Q | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class OutputJump:
     """How much an output changes at an edge (value after minus value before), over all ways to take it."""
 
@@ -60,7 +60,7 @@ class OutputJump:
     high: Q
 
 
-@dataclass(frozen=True)
+@record
 class ClockFacts:
     """What is known of the runs. `complete` is False where the cells are not those of all runs (then less is said)."""
 

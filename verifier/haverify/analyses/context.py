@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -21,12 +20,13 @@ from haverify.model.spec import Spec
 from haverify.obligations.formula import literals
 from haverify.obligations.obligation import Hashes, hashes
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import field, holder
 
 Q = Fraction
 Json = Any
 
 
-@dataclass
+@holder
 class Context:
     """One automaton of a spec, as the analyses see it.
 

@@ -6,7 +6,6 @@ Everything is exact, so what is found is a run; that nothing is found says nothi
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice, product
 
@@ -17,13 +16,14 @@ from haverify.evidence.run import Run, Step
 from haverify.maths.polynomial import constant, variable
 from haverify.model.expression import Expr
 from haverify.obligations.formula import Formula, Literal, holds, literals, negation, transform
+from haverify.text.record import field, holder
 
 Q = Fraction
 MOST_NODES = 1500
 TRIES = 24  # nodes of the right mode that are looked at for one question and one choice of params
 
 
-@dataclass(slots=True)
+@holder
 class Node:
     """A state just after a jump (or at the start), and how it was reached."""
 
@@ -48,7 +48,7 @@ class Node:
         return node.state
 
 
-@dataclass
+@holder
 class Explorer:
     """The runs of an automaton under fixed params, explored as far as anybody has asked.
 

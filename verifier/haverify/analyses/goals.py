@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -26,12 +25,13 @@ from haverify.model.expression import Expr
 from haverify.obligations.formula import conjunction, holds
 from haverify.obligations.parts import Part, conjuncts, parts, pushed
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import field, holder, replace
 
 Q = Fraction
 Json = Any
 
 
-@dataclass
+@holder
 class Answer:
     """What was found out about one goal."""
 

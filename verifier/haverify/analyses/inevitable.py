@@ -7,7 +7,6 @@ for cells further on. A run that blocks, or goes on past T, without P is a count
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -28,13 +27,14 @@ from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.model.expression import nodes
 from haverify.obligations.formula import Formula, by_bounds, conjunction, negation, truth
 from haverify.obligations.residual import Situation, residual
+from haverify.text.record import field, holder, replace
 
 Q = Fraction
 Json = Any
 MOST = 2000
 
 
-@dataclass
+@holder
 class Leading:
     """The cells found so far, and at which scaled dwell the goal is met in those where it is."""
 

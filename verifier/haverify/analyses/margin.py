@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 
 from haverify.analyses.poly_range import NOWHERE, Box, Ranges, simple_between, worst_end
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, holds, literals, truth
+from haverify.text.record import record
 
 Q = Fraction
 STEPS = 150
@@ -25,7 +25,7 @@ WIDE = 4  # variables beyond which branch and bound is not tried
 CLOSE = Q(1, 10**7)  # relative width at which branch and bound stops
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Low:
     """A least robustness, `low <= value <= high`, met at `point` or near it; `leaf` is the literal that sets it."""
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 
@@ -17,6 +16,7 @@ from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Init
 from haverify.obligations.formula import Formula, conjunction, holds, transform
+from haverify.text.record import field, holder, record
 
 Q = Fraction
 NOW = "t"
@@ -24,7 +24,7 @@ Values = Mapping[str, Q]
 FAR = Q(1000)  # s; how far a dwell without any bound is looked at
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class State:
     """A mode, the values of its variables, the time (s) since the start and the number of jumps made."""
 
@@ -34,7 +34,7 @@ class State:
     jumps: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Stretch:
     """An interval of dwells (s) on which something holds; an end that is no rational is replaced by one inside."""
 
@@ -53,7 +53,7 @@ class Stretch:
             yield (self.low + self.high) / 2
 
 
-@dataclass
+@holder
 class Motion:
     """An automaton under fixed params."""
 

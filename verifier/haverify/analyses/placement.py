@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -12,12 +11,13 @@ from haverify.analyses.clock_model import CLOCK, DWELL, PI, ClockModel
 from haverify.analyses.clocked import Cell, Exit
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.obligations.formula import Formula, transform
+from haverify.text.record import record
 
 Q = Fraction
 Tree = Any  # "b" | "u" | ["s", variable, q, Tree, Tree] | ["e", [variable, ...], Tree]
 
 
-@dataclass(frozen=True)
+@record
 class Placement:
     """A box of unknowns and what the variables of a formula are in terms of them.
 

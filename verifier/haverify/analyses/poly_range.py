@@ -6,15 +6,14 @@ no proof was found within the budget, which is counted in units of work and not 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import product
 
 from haverify.analyses.placement import Tree
 from haverify.maths import sturm
 from haverify.maths.bernstein import bounds, coefficients
-from haverify.maths.polynomial import Polynomial
+from haverify.maths.polynomial import Monomial, Polynomial
 from haverify.maths.univariate import Integers, integers
 from haverify.obligations.formula import (
     HOLDS,
@@ -30,6 +29,7 @@ from haverify.obligations.formula import (
     truth,
     variables,
 )
+from haverify.text.record import field, holder
 
 Q = Fraction
 Box = Mapping[str, tuple[Q, Q]]
@@ -39,7 +39,7 @@ WIDE = 5  # variables beyond which boxes are not split
 DEEPEST = 30  # splits and eliminations on one path of a tree
 
 
-@dataclass
+@holder
 class Work:
     """A budget of elementary steps; spending more than is left says so."""
 
@@ -51,7 +51,7 @@ class Work:
         return self.left >= 0
 
 
-@dataclass(slots=True)
+@holder
 class Profile:
     """The range of a polynomial without constant term on an interval: Bernstein bounds at once, extremes when asked."""
 
@@ -68,7 +68,7 @@ class Profile:
         return self.found
 
 
-@dataclass
+@holder
 class Ranges:
     """Profiles that were computed before: bounds of one output share theirs, whatever the numbers they compare with."""
 
@@ -196,13 +196,63 @@ def _widest(f: Formula, names: list[str], box: Box, ranges: Ranges) -> str:
 def eliminated(f: Formula, names: list[str], box: Box, ranges: Ranges) -> tuple[list[str], Formula]:
     """The variables in which every literal is linear with a coefficient of one sign, and `f` at the worst
     ends of them."""
-    gone: list[str] = []
+    ends = {leaf: worst_ends(leaf, box, ranges) for leaf in literals(f)}
+    gone = [v for v in names if all(v in ends[leaf] or v not in leaf.polynomial.variables for leaf in ends)]
+    if gone:
+        kept = set(gone)
+        f = replaced(f, lambda leaf: leaf.polynomial.fix({v: x for v, x in ends[leaf].items() if v in kept}))
     for v in names:
-        worst = at_worst(f, v, box, ranges)
-        if worst is not None:
-            gone.append(v)
-            f = worst
+        if v not in gone:
+            worst = at_worst(f, v, box, ranges)
+            if worst is not None:
+                gone.append(v)
+                f = worst
     return gone, f
+
+
+def worst_ends(leaf: Literal, box: Box, ranges: Ranges) -> dict[str, Q]:
+    """The ends that are worst for an inequality, of variables that no term has two of and whose cofactor has one sign.
+
+    All of them at once: the cofactor of one does not depend on the others.
+    """
+    if leaf.op not in ("<", "<="):
+        return {}
+    shares = _shares(leaf.polynomial)
+    ends: dict[str, Q] = {}
+    for v, cofactor in shares.items():
+        low, high = ranges.bounds(Polynomial(cofactor), box)
+        if low >= 0 or high <= 0:
+            ends[v] = box[v][1] if low >= 0 else box[v][0]
+    return ends
+
+
+def _shares(p: Polynomial) -> dict[str, dict[Monomial, Q]]:
+    """The cofactors of variables that occur linearly, of each term at most one variable."""
+    often = {v for m in p.terms for v, e in m if e > 1}
+    count: dict[str, int] = {}
+    for m in p.terms:
+        for v, _ in m:
+            count[v] = count.get(v, 0) + 1
+    order = sorted((n, v) for v, n in count.items() if v not in often)
+    taken: dict[str, dict[Monomial, Q]] = {}
+    for _, v in order:
+        cofactor: dict[Monomial, Q] = {}
+        for m, c in p.terms.items():
+            rest = tuple(x for x in m if x[0] != v)
+            if len(rest) != len(m):
+                cofactor[rest] = c
+        if not any(w in taken for m in cofactor for w, _ in m):
+            taken[v] = cofactor
+    return taken
+
+
+def replaced(f: Formula, change: Callable[[Literal], Polynomial]) -> Formula:
+    """The formula with each literal's polynomial changed, constants folded."""
+    if isinstance(f, Literal):
+        return literal(f.op, change(f))
+    if isinstance(f, Junction):
+        return (conjunction if f.is_and else disjunction)([replaced(m, change) for m in f.members])
+    return f
 
 
 def at_worst(f: Formula, v: str, box: Box, ranges: Ranges) -> Formula | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -21,6 +20,7 @@ from haverify.model.claim import Claim
 from haverify.model.expression import nodes
 from haverify.model.spec import Spec
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import field, holder
 
 METHOD = "clocked"
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact"})
@@ -33,7 +33,7 @@ MISSING = {
 }
 
 
-@dataclass
+@holder
 class Contexts:
     """The contexts of a spec's automata, made when first asked for."""
 

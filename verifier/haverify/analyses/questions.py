@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from haverify.analyses.bounds import Interval, narrow
@@ -19,11 +18,12 @@ from haverify.obligations.formula import Formula, Literal, compare, conjunction,
 from haverify.obligations.parts import Part
 from haverify.obligations.spread import spread
 from haverify.obligations.translate import OutsideFragmentError, Scope
+from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 
 
-@dataclass
+@holder
 class Setting:
     """A goal of a claim on an automaton: its horizon and assumptions, and what was computed for it before.
 
@@ -69,7 +69,7 @@ class Setting:
         return compare(op, variable(CLOCK) - self.model.rho.scaled(self._number(bound)))
 
 
-@dataclass(frozen=True)
+@record
 class Question:
     """`premise` implies `body` on the box of the placement, in the variables of the state (not yet placed)."""
 

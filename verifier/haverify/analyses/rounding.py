@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -20,6 +19,7 @@ from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown
 from haverify.obligations.formula import conjunction, negation, transform
 from haverify.obligations.parts import Part
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import replace
 
 Q = Fraction
 Json = Any

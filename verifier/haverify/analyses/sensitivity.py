@@ -4,7 +4,6 @@ where it occurs."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 from haverify.analyses.always import Judged
@@ -19,6 +18,7 @@ from haverify.obligations.formula import conjunction, literals
 from haverify.obligations.parts import Part
 from haverify.obligations.spread import spread
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import replace
 
 Q = Fraction
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
 
@@ -16,11 +15,12 @@ from haverify.model.expression import Expr
 from haverify.obligations.formula import Formula, conjunction, disjunction, holds, negation, variables
 from haverify.obligations.parts import Part
 from haverify.obligations.residual import Situation, residual
+from haverify.text.record import field, holder
 
 Q = Fraction
 
 
-@dataclass
+@holder
 class Explorers:
     """Explorations shared by the claims on one automaton."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -34,9 +33,10 @@ from haverify.model.hybrid import (
 )
 from haverify.model.unit import SECOND
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder, record, replace
 
 
-@dataclass(eq=False)
+@holder
 class Machine:
     """An automaton or system with its scope; `model` is None when it has errors."""
 
@@ -49,7 +49,7 @@ class Machine:
     missing: dict[str, frozenset[str]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Replacement:
     """A declaration of an instance; its right side stands in `env`, or in the automaton itself."""
 
@@ -60,7 +60,7 @@ class Replacement:
 Given = Sequence[Replacement]
 
 
-@dataclass(eq=False)
+@holder
 class _Work:
     """One automaton being elaborated; `is_good` until an element has an error."""
 

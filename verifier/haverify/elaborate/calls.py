@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 from haverify.elaborate import arithmetic as A
@@ -27,6 +26,7 @@ from haverify.elaborate.units import angle, plain, to_unit
 from haverify.model.expression import Expr, number
 from haverify.model.unit import RADIAN, SECOND, Unit, coherent, power
 from haverify.syntax import tree as t
+from haverify.text.record import replace
 from haverify.text.span import Span
 
 _APPLIED = ("column", "net", "fuzzyout", "relation", "cellword", "fuzzyword")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.elaborate.context import Context
 from haverify.model.spec import EnumType
 from haverify.syntax import tree as t
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True)
+@record
 class CellSet:
     """The cells `first ++ second`, each named by the bits of both codes."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from haverify.elaborate.cells import CellSet, bits_of
@@ -14,9 +13,10 @@ from haverify.model.cellular import CellularAutomaton, Relation, Rule
 from haverify.model.expression import Expr
 from haverify.model.spec import EnumType
 from haverify.syntax import tree as t
+from haverify.text.record import holder
 
 
-@dataclass(eq=False)
+@holder
 class Subject:
     """What claims on a cellular automaton or a relation may name."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -24,12 +23,13 @@ from haverify.model.claim import Claim, Expectation, Goal
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Range
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder, replace
 from haverify.text.span import Span
 
 LostClaim = tuple[str, Span, str]
 
 
-@dataclass(eq=False)
+@holder
 class _Claims:
     ctx: Context
     claims: list[Claim] = field(default_factory=list)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 from haverify.elaborate.calls import declared_type
@@ -14,10 +13,11 @@ from haverify.model.hybrid import Constant, Input, Param, Variable
 from haverify.model.spec import EnumType
 from haverify.model.unit import SECOND, Unit
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder
 from haverify.text.span import Span
 
 
-@dataclass(eq=False)
+@holder
 class Entries:
     """The declarations of one block in order; `models` are what has been elaborated, by symbol.
 

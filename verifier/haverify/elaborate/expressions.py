@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any
 
 from haverify.diagnostics.diagnostic import Severity
@@ -19,10 +18,11 @@ from haverify.model.hybrid import Range
 from haverify.model.spec import EnumType
 from haverify.model.unit import SECOND, Unit, coherent, power
 from haverify.syntax import tree as t
+from haverify.text.record import record, replace
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Env:
     """Where an expression stands: its scope, and what may occur in it besides values.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -21,9 +20,10 @@ from haverify.model.expression import Expr
 from haverify.model.spec import EnumType, UnitDef
 from haverify.model.unit import BUILTIN, NamedUnit
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder
 
 
-@dataclass(eq=False)
+@holder
 class FileScope:
     """A file being elaborated; `prefix` is put before its names in the core."""
 
@@ -92,7 +92,7 @@ def _enter_import(ctx: Context, file: FileScope, decl: t.Import, found: dict[str
             ctx.define(scope.names, name, symbol, "name")
 
 
-@dataclass(eq=False)
+@holder
 class _Import:
     scope: Scope
 

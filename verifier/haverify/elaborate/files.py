@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from haverify.syntax.tree import Tree
+from haverify.text.record import field, record
 from haverify.text.source import Source
 
 
-@dataclass(frozen=True)
+@record
 class Files:
     """Imported specs and data files by `(path of the referring spec, path as written there)`, texts by path shown.
 

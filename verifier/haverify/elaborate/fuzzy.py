@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.elaborate import arithmetic as A
@@ -16,11 +15,12 @@ from haverify.model.expression import Expr
 from haverify.model.fuzzy import FuzzyController, FuzzyInput, FuzzyRule, Term
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t
+from haverify.text.record import holder
 
 _CORNERS = {"tri": 3, "trap": 4, "ramp": 2, "point": 1}
 
 
-@dataclass(eq=False)
+@holder
 class Controller:
     """A fuzzy system in scope: `scope` for `F.output(...)`, `claim_scope` for claims on it."""
 

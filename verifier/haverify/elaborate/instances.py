@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from haverify.elaborate.automaton import Machine, Replacement, elaborate_automaton
 from haverify.elaborate.expressions import Env, denote
 from haverify.elaborate.scope import Symbol
 from haverify.syntax import tree as t
+from haverify.text.record import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Base:
     """The text of an automaton and where it stands."""
 

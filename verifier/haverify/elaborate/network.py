@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
@@ -15,11 +14,12 @@ from haverify.elaborate.scope import Scope, Symbol
 from haverify.model.tables import Network
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t
+from haverify.text.record import holder
 
 Port = tuple[str, Unit | None]
 
 
-@dataclass(eq=False)
+@holder
 class NetworkScope:
     """A network in scope: `scope` for `N.output(...)`, `claim_scope` for claims on it."""
 

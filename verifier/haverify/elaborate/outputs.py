@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import NeedsMode
@@ -14,10 +13,11 @@ from haverify.elaborate.units import to_unit
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Output
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder
 from haverify.text.span import Span
 
 
-@dataclass(eq=False)
+@holder
 class ModeScope:
     """A mode of an automaton while it is elaborated; `scope` knows the parameter of its family."""
 
@@ -29,7 +29,7 @@ class ModeScope:
     span: Span | None = None
 
 
-@dataclass(eq=False)
+@holder
 class Definition:
     """The texts that define one output: for all modes, or for single ones."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.elaborate.scope import Members, Scope, Symbol
+from haverify.text.record import holder
 
 _KINDS = ("const", "param", "input", "var", "let", "set", "mode", "edge")
 
 
-@dataclass(eq=False)
+@holder
 class Inner:
     """A part of a part."""
 

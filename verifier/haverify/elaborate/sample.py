@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, interval, seconds
@@ -14,10 +12,11 @@ from haverify.model.expression import Expr, number
 from haverify.model.hybrid import Assign, Edge, FlowLine, Variable
 from haverify.model.unit import SECOND
 from haverify.syntax import tree as t
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Clock:
     """The hidden clock of a sample: fires from `low` on, at the latest at `high`."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from haverify.elaborate import arithmetic as A
@@ -15,10 +14,11 @@ from haverify.maths.exact import people_text
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge
 from haverify.syntax import tree as t
+from haverify.text.record import record
 from haverify.text.span import Span
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Slot:
     """What a slot adds: a domain for `mode` and, but for an open end, an edge."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from haverify.model.expression import Expr
@@ -11,6 +10,7 @@ from haverify.model.hybrid import Range
 from haverify.model.spec import EnumType
 from haverify.model.unit import Unit
 from haverify.syntax.tree import Item
+from haverify.text.record import field, holder
 from haverify.text.span import Span
 
 
@@ -21,7 +21,7 @@ class Typed(NamedTuple):
     type: str
 
 
-@dataclass(slots=True, eq=False)
+@holder
 class Symbol:
     """What a name stands for.
 
@@ -40,7 +40,7 @@ class Symbol:
     used: bool = False
 
 
-@dataclass(slots=True, eq=False)
+@holder
 class Members:
     """The members of a family by value of `enum`."""
 
@@ -48,7 +48,7 @@ class Members:
     by_value: dict[str, Symbol] = field(default_factory=dict)
 
 
-@dataclass(slots=True, eq=False)
+@holder
 class Table:
     """A keyed table: constants by key values and column; `poly` are (column, exponent) per row."""
 
@@ -84,7 +84,7 @@ class SetValue(NamedTuple):
     unit: Unit | None
 
 
-@dataclass(eq=False)
+@holder
 class Scope:
     """Names of one block; what is not here is looked up in `parent`. Modes and edges have namespaces of their own."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 from haverify.elaborate.automaton import Machine, declare_member, priorities_of
@@ -21,10 +20,11 @@ from haverify.model.hybrid import Constant, Init, Input, Output, Param, Priority
 from haverify.model.system import Binding, Part, Sync, System
 from haverify.model.unit import SECOND
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder, replace
 from haverify.text.span import Span
 
 
-@dataclass(eq=False)
+@holder
 class PartScope:
     """A part: the names of its automaton under its own."""
 
@@ -35,7 +35,7 @@ class PartScope:
     name: str
 
 
-@dataclass(eq=False)
+@holder
 class _Work:
     env: Env
     entries: Entries

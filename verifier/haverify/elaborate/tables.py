@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -21,11 +20,12 @@ from haverify.model.hybrid import Constant, Param, Range
 from haverify.model.spec import Cell, EnumType
 from haverify.model.unit import Unit, power
 from haverify.syntax import tree as t
+from haverify.text.record import field, holder, record
 from haverify.text.source import Source
 from haverify.text.span import Span
 
 
-@dataclass(eq=False)
+@holder
 class Reading:
     """A table being read: its lines by kind and the rows of its file."""
 
@@ -147,7 +147,7 @@ def _position(reading: Reading, header: dict[str, int], name: str, span: Span) -
     return reading.ctx.fail("HA210", f"{reading.file} has no column '{name}'{hint}", span)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Column:
     """A column to read: `exponent` in a polynomial, `half` of its numbers, `tolerance` a number or a column."""
 
@@ -159,7 +159,7 @@ class _Column:
     tolerance: Fraction | str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Shape:
     keys: tuple[int, ...]
     columns: tuple[_Column, ...]
