@@ -6,7 +6,7 @@ not made. The list is in a fixed order and depends on the folder alone.
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -139,11 +139,18 @@ def _certificate_damages(path: Path, data: dict) -> Iterator[tuple[str, Forge]]:
     yield f"{name}: a goal more", _edit(path, ("goals",), lambda goals: [*goals, {}])
     for i, entry in enumerate(data["goals"]):
         yield from _entry_damages(f"{name} goal {i}", path, ("goals", i), entry)
-    for i, entry in enumerate((data["rounding"] or {"goals": []})["goals"]):
-        yield from _entry_damages(f"{name} rounded goal {i}", path, ("rounding", "goals", i), entry)
+    rounding = data["rounding"] or {"verdict": "unknown", "goals": []}
+    runs = sum("run" in p for entry in rounding["goals"] for p in entry.get("parts", []))
+    for i, entry in enumerate(rounding["goals"]):
+        # one run refutes for all: the report says nothing of single parts here, so the others may go
+        spare = {"run"} if runs > 1 else set()
+        spare |= {"proof"} if rounding["verdict"] == "refuted" else set()
+        yield from _entry_damages(f"{name} rounded goal {i}", path, ("rounding", "goals", i), entry, spare)
 
 
-def _entry_damages(name: str, path: Path, at: Keys, entry: dict) -> Iterator[tuple[str, Forge]]:
+def _entry_damages(
+    name: str, path: Path, at: Keys, entry: dict, spare: Collection[str] = ()
+) -> Iterator[tuple[str, Forge]]:
     if not entry:
         return
     yield f"{name}: kind", _put(path, (*at, "kind"), "belief")
@@ -162,23 +169,27 @@ def _entry_damages(name: str, path: Path, at: Keys, entry: dict) -> Iterator[tup
         yield from _run_damages(name, path, (*at, "run"), entry["run"])
     listed = entry.get("parts", [])
     for k, p in enumerate(listed[:8]):
-        yield from _part_damages(f"{name} part {k}", path, (*at, "parts", k), p)
+        yield from _part_damages(f"{name} part {k}", path, (*at, "parts", k), p, spare)
     if len(listed) > 1:
         yield f"{name}: parts swapped", _edit(path, (*at, "parts"), lambda ps: [ps[1], ps[0], *ps[2:]])
         yield f"{name}: a part twice", _edit(path, (*at, "parts"), lambda ps: [*ps, ps[0]])
 
 
-def _part_damages(name: str, path: Path, at: Keys, part: dict) -> Iterator[tuple[str, Forge]]:
+def _part_damages(
+    name: str, path: Path, at: Keys, part: dict, spare: Collection[str]
+) -> Iterator[tuple[str, Forge]]:
     yield f"{name}: dropped", _put(path, at, DROP)
     yield f"{name}: hash", _put(path, (*at, "hash"), _flip(part["hash"]))
     for key in ("kind", "where", "output"):
         yield f"{name}: {key}", _put(path, (*at, key), part[key] + "?")
     if "run" in part:
-        yield f"{name}: no run", _put(path, (*at, "run"), DROP)
+        if "run" not in spare:
+            yield f"{name}: no run", _put(path, (*at, "run"), DROP)
         yield from _run_damages(name, path, (*at, "run"), part["run"])
     if "proof" not in part:
         return
-    yield f"{name}: no proof", _put(path, (*at, "proof"), DROP)
+    if "proof" not in spare:
+        yield f"{name}: no proof", _put(path, (*at, "proof"), DROP)
     for t, tree in enumerate(part["proof"][:3] if part["kind"] != "stuck" else []):
         here = (*at, "proof", t)
         yield f"{name} tree {t}: dropped", _put(path, here, DROP)
