@@ -57,14 +57,14 @@ def automaton(*modes, edges=(), **changes):
 def claim(kind, condition, name="c", within=None, **changes):
     goal = {"kind": kind, "condition": condition, "window": None, "within": within, "attracting": False}
     return {
-        "name": name, "on": "M", "kind": "property", "goals": [goal], "horizon": {"time": None, "jumps": None}, "assume": [],
-        "which": [], "using": [], "method": None, "expect": None, "inductive": False, **changes,
+        "name": name, "on": "M", "kind": "property", "goals": [goal], "horizon": {"time": None, "jumps": None},
+        "assume": [], "which": [], "using": [], "method": None, "expect": None, "inductive": False, **changes,
     }  # fmt: skip
 
 
 def core(model, *claims, **changes):
-    empty = ("units", "enums", "constants", "params", "inputs", "tables", "networks", "assumptions", "systems", "cellular",
-             "relations", "fuzzy", "cells")  # fmt: skip
+    empty = ("units", "enums", "constants", "params", "inputs", "tables", "networks", "assumptions", "systems",
+             "cellular", "relations", "fuzzy", "cells")  # fmt: skip
     spec = {"name": "t", "version": "1", "unitless": True}
     return {"schema": "haverify.core/1", "spec": spec, "automata": [model], "claims": list(claims),
             **{k: [] for k in empty}, **changes}  # fmt: skip
