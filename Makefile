@@ -22,13 +22,16 @@ $(STAMP): pyproject.toml constraints.txt .cargo/config.toml $(CRATE) verifier/ke
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt maturin
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --no-build-isolation --editable '.[test]'
+	$(BIN)/python -m compileall -q verifier
 	touch $@
 
 # Makes cargo look at the contents again.
 stale:
 	touch verifier/kernel/build.rs
 
+# Bytecode is written here once, also where Python is told to write none: starting without it takes twice the time.
 demo: $(STAMP)
+	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/haverify check spec/gait_printed.ha spec/gait.ha
 
 test: $(STAMP)
@@ -41,6 +44,7 @@ lint: $(STAMP)
 	cargo clippy --quiet --locked --manifest-path $(CRATE) --all-targets --features python -- --deny warnings
 
 bench: $(STAMP)
+	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/python -m tests.bench
 
 clean:
