@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from itertools import count
 
-from haverify.analyses.poly_range import NOWHERE, Box, Ranges, simple_between, worst_end
+from haverify.analyses.poly_range import Box, Ranges, simple_between, worst_ends
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, holds, literals, truth
 from haverify.text.record import record
@@ -57,14 +57,12 @@ def _of_literal(leaf: Literal, box: Box, ranges: Ranges) -> Low | None:
     enclosure."""
     if leaf.op not in ("<", "<="):
         return None
-    p, chosen = leaf.polynomial, {v: (box[v][0] + box[v][1]) / 2 for v in leaf.polynomial.variables}
-    for v in p.variables:
-        if len(p.variables) > 1 and p.degree(v) == 1:
-            end = worst_end(Literal("<", p), v, box, ranges)
-            if end is not None and end is not NOWHERE:
-                chosen[v] = end
-                p = p.fix({v: end})
-    return _at_ends(p, chosen, leaf, box, ranges, 4)
+    p = leaf.polynomial
+    if len(p.variables) < 2:
+        return _at_ends(p, {}, leaf, box, ranges, 0)
+    chosen = {v: (box[v][0] + box[v][1]) / 2 for v in p.variables}
+    ends = worst_ends(leaf, box, ranges)
+    return _at_ends(p.fix(ends), {**chosen, **ends}, leaf, box, ranges, 4)
 
 
 def _at_ends(p: Polynomial, chosen: Mapping[str, Q], leaf: Literal, box: Box, ranges: Ranges, free: int) -> Low | None:
@@ -87,7 +85,7 @@ def _at_ends(p: Polynomial, chosen: Mapping[str, Q], leaf: Literal, box: Box, ra
 
 def _ends_decide(p: Polynomial, v: str, box: Box) -> bool:
     """Whether `p = a v^k + b` with one k and `v^k` monotone on the box: then its extremes are at ends of `v`."""
-    powers = {e for m in p.terms for n, e in m if n == v}
+    powers = {e for m in p.whole for n, e in m if n == v}
     low, high = box[v]
     return len(powers) == 1 and (powers.pop() % 2 == 1 or low >= 0 or high <= 0)
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import product
+from math import gcd
 
 from haverify.analyses.placement import Tree
 from haverify.maths import sturm
 from haverify.maths.bernstein import bounds, coefficients
 from haverify.maths.polynomial import Monomial, Polynomial
-from haverify.maths.univariate import Integers, integers
+from haverify.maths.univariate import Integers, primitive
 from haverify.obligations.formula import (
     HOLDS,
     Formula,
@@ -76,11 +77,10 @@ class Ranges:
 
     def profile(self, p: Polynomial, ends: tuple[Q, Q]) -> tuple[Profile, Q, Q]:
         """`(profile, a, b)` with `p = a * profiled + b`; `p` has exactly one variable."""
-        dense = p.univariate()
-        offset, dense[0] = dense[0], Q(0)
-        whole, scale = integers(dense)
-        if whole[-1] < 0:
-            whole, scale = tuple(-c for c in whole), -scale
+        dense = p.dense()
+        offset, dense[0] = Q(dense[0], p.divisor), 0
+        common = gcd(*dense) if dense[-1] > 0 else -gcd(*dense)
+        whole, scale = tuple(c // common for c in dense), Q(common, p.divisor)
         key = (whole, *ends)
         if key not in self.known:
             b, d = coefficients(whole, *ends)
@@ -109,7 +109,7 @@ def _scaled(e: sturm.Extreme, a: Q, b: Q) -> sturm.Extreme:
 
 def prove(f: Formula, box: Box, ranges: Ranges, work: Work, depth: int = DEEPEST) -> Tree | None:
     """A tree that shows `f` on the whole box, or None."""
-    if depth == 0 or not work.spend(1 + sum(len(leaf.polynomial.terms) for leaf in literals(f)) // 8):
+    if depth == 0 or not work.spend(1 + sum(len(leaf.polynomial.whole) for leaf in literals(f)) // 8):
         return None
     names = sorted(variables(f))
     known = (
@@ -217,32 +217,34 @@ def worst_ends(leaf: Literal, box: Box, ranges: Ranges) -> dict[str, Q]:
     """
     if leaf.op not in ("<", "<="):
         return {}
-    shares = _shares(leaf.polynomial)
     ends: dict[str, Q] = {}
-    for v, cofactor in shares.items():
-        low, high = ranges.bounds(Polynomial(cofactor), box)
-        if low >= 0 or high <= 0:
-            ends[v] = box[v][1] if low >= 0 else box[v][0]
+    for v, cofactor in _shares(leaf.polynomial).items():
+        sign = _sign(cofactor, box, ranges)
+        if sign is not None:
+            ends[v] = box[v][1] if sign >= 0 else box[v][0]
     return ends
 
 
-def _shares(p: Polynomial) -> dict[str, dict[Monomial, Q]]:
-    """The cofactors of variables that occur linearly, of each term at most one variable."""
-    often = {v for m in p.terms for v, e in m if e > 1}
-    count: dict[str, int] = {}
-    for m in p.terms:
+def _sign(cofactor: Mapping[Monomial, int], box: Box, ranges: Ranges) -> int | None:
+    """A sign that the polynomial has on the whole box (zero counts as either), None where none is certain."""
+    if len(cofactor) == 1:
+        ((m, c),) = cofactor.items()
+        if all(box[v][0] >= 0 for v, _ in m):
+            return 1 if c > 0 else -1
+    low, high = ranges.bounds(Polynomial(cofactor), box)
+    return 1 if low >= 0 else -1 if high <= 0 else None
+
+
+def _shares(p: Polynomial) -> dict[str, dict[Monomial, int]]:
+    """The cofactors, times the divisor, of variables that occur linearly: of each term at most one variable."""
+    found: dict[str, dict[Monomial, int]] = {}
+    for m, c in p.whole.items():
         for v, _ in m:
-            count[v] = count.get(v, 0) + 1
-    order = sorted((n, v) for v, n in count.items() if v not in often)
-    taken: dict[str, dict[Monomial, Q]] = {}
-    for _, v in order:
-        cofactor: dict[Monomial, Q] = {}
-        for m, c in p.terms.items():
-            rest = tuple(x for x in m if x[0] != v)
-            if len(rest) != len(m):
-                cofactor[rest] = c
-        if not any(w in taken for m in cofactor for w, _ in m):
-            taken[v] = cofactor
+            found.setdefault(v, {})[m] = c
+    taken: dict[str, dict[Monomial, int]] = {}
+    for v in sorted(found, key=lambda name: (len(found[name]), name)):
+        if not any((x[0] == v and x[1] > 1) or x[0] in taken for m in found[v] for x in m):
+            taken[v] = {tuple(x for x in m if x[0] != v): c for m, c in found[v].items()}
     return taken
 
 
@@ -314,7 +316,7 @@ def pieces(f: Formula, ends: tuple[Q, Q]) -> list[tuple[sturm.Piece, bool]]:
     """The points and open pieces on which the formula does not change, in order, each with its truth:
     exact, complete."""
     leaves = list(dict.fromkeys(literals(f)))
-    dense = [integers(leaf.polynomial.univariate())[0] for leaf in leaves]
+    dense = [primitive(leaf.polynomial.dense()) for leaf in leaves]
     result = []
     for piece in sturm.sign_vectors(dense, *ends):
         known = {leaf: HOLDS[leaf.op](Q(sign)) for leaf, sign in zip(leaves, piece.signs, strict=True)}

@@ -9,19 +9,18 @@ Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospecti
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, lcm
 
 from haverify.maths.polynomial import Polynomial
-from haverify.maths.univariate import Integers
 
 Box = Mapping[str, tuple[Fraction, Fraction]]
 ZERO = Fraction(0)
 
 
-def coefficients(p: Integers, low: Fraction, high: Fraction) -> tuple[list[int], int]:
+def coefficients(p: Sequence[int], low: Fraction, high: Fraction) -> tuple[list[int], int]:
     """`(b, d)`: the Bernstein coefficients of `p` on [low, high] are `b[i] / d`, with `d > 0`.
 
     Parameters
@@ -50,7 +49,7 @@ def coefficients(p: Integers, low: Fraction, high: Fraction) -> tuple[list[int],
     return shifted, common * int(d**n)
 
 
-def _homogeneous(p: Integers, d: int) -> list[int]:
+def _homogeneous(p: Sequence[int], d: int) -> list[int]:
     """`p[i] * d^(n - i)`."""
     result, power = [0] * len(p), 1
     for i in reversed(range(len(p))):
@@ -98,46 +97,33 @@ def bounds(p: Polynomial, box: Box) -> tuple[Fraction, Fraction]:
     if not names:
         value = p.constant or ZERO
         return value, value
-    tensor = tensor_coefficients(p, names, box)
-    return min(tensor), max(tensor)
+    tensor, divisor = tensor_coefficients(p, names, box)
+    return Fraction(min(tensor), divisor), Fraction(max(tensor), divisor)
 
 
-def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> list[Fraction]:
-    """The Bernstein coefficients of `p` on the box as a flat list in row-major order of `names`."""
+def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> tuple[list[int], int]:
+    """`(b, d)`: the Bernstein coefficients of `p` on the box are `b[i] / d`, in row-major order of `names`; d > 0."""
     degrees = [p.degree(v) for v in names]
     strides = [1] * len(names)
     for i in reversed(range(len(names) - 1)):
         strides[i] = strides[i + 1] * (degrees[i + 1] + 1)
-    size = strides[0] * (degrees[0] + 1)
-    flat = [ZERO] * size
+    divisor = p.divisor
+    flat = [0] * (strides[0] * (degrees[0] + 1))
     where = dict(zip(names, strides, strict=True))
-    for m, c in p.terms.items():
+    for m, c in p.whole.items():
         flat[sum(where[v] * e for v, e in m)] = c
     for v, degree, stride in zip(names, degrees, strides, strict=True):
-        if degree:
-            _transform(flat, degree, stride, box[v])
-    return flat
+        divisor *= _transform(flat, degree, stride, box[v])
+    return flat, divisor
 
 
-def _transform(flat: list[Fraction], degree: int, stride: int, ends: tuple[Fraction, Fraction]) -> None:
-    """From powers of one variable to its Bernstein basis on `ends`, in place, for every line along that variable."""
-    low, width = ends[0], ends[1] - ends[0]
+def _transform(flat: list[int], degree: int, stride: int, ends: tuple[Fraction, Fraction]) -> int:
+    """From powers of one variable to its Bernstein basis on `ends`, in place, for every line along that variable;
+    what is there afterwards is the integer returned times the coefficients."""
     block = stride * (degree + 1)
+    factor = 1
     for start in range(0, len(flat), block):
         for offset in range(start, start + stride):
             line = flat[offset : offset + block : stride]
-            flat[offset : offset + block : stride] = _line(line, degree, low, width)
-
-
-def _line(line: list[Fraction], n: int, low: Fraction, width: Fraction) -> list[Fraction]:
-    for i in range(n):
-        for j in range(n - 1, i - 1, -1):
-            line[j] += low * line[j + 1]
-    power = Fraction(1)
-    for k in range(n + 1):
-        line[k] *= power / comb(n, k)
-        power *= width
-    for i in range(n):
-        for j in range(n, i, -1):
-            line[j] += line[j - 1]
-    return line
+            flat[offset : offset + block : stride], factor = coefficients(line, *ends)
+    return factor
