@@ -137,12 +137,13 @@ def outcomes(tmp_path, capsys):
         for name, value in files.items():
             (tmp_path / "certificates" / "cells" / f"{name}.json").write_text(json.dumps(value))
         for name, entry in entries.items():
-            wide = {"verdict": verdict, "goals": [entry]} if rounding else None
+            goals = entry if isinstance(entry, list) else [entry]
+            wide = {"verdict": verdict, "goals": goals} if rounding else None
             text = {
                 "schema": "haverify.certificate/1",
                 "claim": name,
                 "verdict": verdict,
-                "goals": [entry],
+                "goals": goals,
                 "rounding": wide,
             }
             (tmp_path / "certificates" / f"{name}.json").write_text(json.dumps(text))
@@ -418,3 +419,16 @@ def test_the_parts_of_a_claim_without_parts_are_not_made_up(tmp_path):
     for name, value in files.items():
         (tmp_path / f"{name}.json").write_text(json.dumps(value))
     assert main([str(tmp_path)]) == 1
+
+
+@pytest.mark.parametrize("before", [1, 2, 3])
+def test_cells_read_after_others_are_not_taken_for_them(outcomes, before):
+    model = automaton(mode("A", x="0"), mode("B", x="0"), init=[init(("x", "0")), init(("x", "5"), name="B")])
+    goals = [claim("reach", [">=", X, bound], within="5")["goals"][0] for bound in ["0"] * before + ["5"]]
+    owner = claim("reach", True, goals=goals)
+    data = core(model, owner)
+    a, b = cell("A", None, ["0", "0"], "0", x=["0", "0"]), cell("B", None, ["0", "0"], "0", x=["5", "5"])
+    hashes = [part_hash(data, {**owner, "goals": [g]}, "goal", "", "") for g in goals]
+    entries = [{"kind": "inevitable", "cells": "one", "start": start(), "hash": h} for h in hashes[:-1]]
+    entries.append({"kind": "inevitable", "cells": "two", "start": start(), "hash": hashes[-1]})
+    assert outcomes(data, {"one": table(b, b, a), "two": table(a, b)}, {"c": entries}) != ACCEPTED
