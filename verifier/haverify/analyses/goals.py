@@ -20,6 +20,7 @@ from haverify.evidence.certificate import cells_goal, run_goal, run_json
 from haverify.evidence.evidence import PartResult
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
+from haverify.maths.exact import leading_exponent
 from haverify.model.claim import Goal
 from haverify.model.expression import Expr
 from haverify.obligations.formula import conjunction, holds
@@ -217,11 +218,8 @@ def rounded_down(q: Q) -> Q:
     """A number not above `q`, with at most 12 significant decimal digits; `q` itself where it is that short."""
     if q.denominator <= 10**9 and abs(q.numerator) <= 10**15:
         return q
-    digits = 12
-    scale = Q(1)
-    while abs(q) * scale < 10 ** (digits - 1) and scale < Q(10) ** 40:
-        scale *= 10
-    return Q((q * scale).__floor__()) / scale
+    places = min(max(11 - leading_exponent(q), 0), 40)
+    return Q(q.numerator * 10**places // q.denominator, 10**places)
 
 
 def _total_margin(answer: Answer) -> None:

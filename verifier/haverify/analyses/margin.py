@@ -60,9 +60,15 @@ def _of_literal(leaf: Literal, box: Box, ranges: Ranges) -> Low | None:
     p = leaf.polynomial
     if len(p.variables) < 2:
         return _at_ends(p, {}, leaf, box, ranges, 0)
-    chosen = {v: (box[v][0] + box[v][1]) / 2 for v in p.variables}
     ends = worst_ends(leaf, box, ranges)
-    return _at_ends(p.fix(ends), {**chosen, **ends}, leaf, box, ranges, 4)
+    left = p.fix(ends)
+    chosen = {v: middle(box[v]) for v in left.variables if len(left.variables) > 1}
+    return _at_ends(left, {**chosen, **ends}, leaf, box, ranges, 4)
+
+
+def middle(ends: tuple[Q, Q]) -> Q:
+    """The number half way."""
+    return (ends[0] + ends[1]) / 2
 
 
 def _at_ends(p: Polynomial, chosen: Mapping[str, Q], leaf: Literal, box: Box, ranges: Ranges, free: int) -> Low | None:

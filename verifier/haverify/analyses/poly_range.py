@@ -103,6 +103,9 @@ class Ranges:
 
 
 def _scaled(e: sturm.Extreme, a: Q, b: Q) -> sturm.Extreme:
+    if e.exact:
+        value = a * e.low + b
+        return sturm.Extreme(value, value, e.at, True)
     ends = (a * e.low + b, a * e.high + b)
     return sturm.Extreme(min(ends), max(ends), e.at, e.exact)
 

@@ -10,6 +10,7 @@ from haverify.analyses.always import Judged
 from haverify.analyses.clock_model import ClockModel
 from haverify.analyses.context import Context
 from haverify.analyses.goals import Answer, rounded_down
+from haverify.analyses.margin import middle
 from haverify.analyses.questions import Question, Setting
 from haverify.evidence.evidence import PartResult, Sensitivity
 from haverify.evidence.verdict import Refuted, Unknown
@@ -62,7 +63,7 @@ def sensitivities(context: Context, setting: Setting, j: Judged, constants: Sequ
         return ()
     known = {
         **_nominal(context.model, p),
-        **{v: (a + b) / 2 for v, (a, b) in j.question.placement.box.items()},
+        **{v: middle(j.question.placement.box[v]) for v in p.variables if v in j.question.placement.box},
         **j.low.point,
     }
     found = []

@@ -7,7 +7,9 @@ from fractions import Fraction
 
 from haverify.analyses.always import Judged
 from haverify.analyses.clock_model import ClockModel
+from haverify.analyses.margin import middle
 from haverify.analyses.questions import Question, Setting
+from haverify.maths.polynomial import variable
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.parts import Part
 from haverify.obligations.translate import COMPARISONS, OutsideFragmentError, Scope
@@ -59,13 +61,13 @@ def _suffix(model: ClockModel, name: str) -> str:
 def state_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> dict[str, Q]:
     """The values of the variables at a point of a question's box; unknowns the point does not fix are at
     their middle."""
-    box = {v: (low + high) / 2 for v, (low, high) in q.placement.box.items()}
-    known = {**box, **point}
-    return {
-        v.name: q.placement.replaced[v.name].value(known) if v.name in q.placement.replaced else known[v.name]
-        for v in model.automaton.vars
-        if v.name in q.placement.replaced or v.name in known
-    }
+    box, replaced = q.placement.box, q.placement.replaced
+    found = {}
+    for v in model.automaton.vars:
+        p = replaced.get(v.name) or variable(v.name)
+        if all(n in box or n in point for n in p.variables):
+            found[v.name] = p.value({n: point[n] if n in point else middle(box[n]) for n in p.variables})
+    return found
 
 
 def facts_about(setting: Setting, j: Judged) -> tuple[str, ...]:
