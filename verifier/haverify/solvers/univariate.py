@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from haverify.maths import bernstein
 from haverify.maths.sturm import sign_vectors
 from haverify.maths.univariate import Integers, integers, sign_at
 from haverify.solvers.answer import Undecided
@@ -44,6 +45,8 @@ def _search(rows: list[Row]) -> Fraction | Undecided | None:
     for x in (low, (low + high) / 2, high):
         if all(_is_met(sign_at(p, x), r) for p, r in zip(polynomials, relations, strict=True)):
             return x
+    if low < high and any(_fails(p, r, low, high) for p, r in zip(polynomials, relations, strict=True)):
+        return None
     is_irrational = False
     for piece in sign_vectors(polynomials, low, high):
         if all(_is_met(s, r) for s, r in zip(piece.signs, relations, strict=True)):
@@ -65,6 +68,15 @@ def _window(rows: list[Row], polynomials: list[Integers]) -> tuple[Fraction, Fra
             if row.relation == "==" or p[1] > 0:
                 high = min(high, root)
     return low, high
+
+
+def _fails(p: Integers, relation: str, low: Fraction, high: Fraction) -> bool:
+    """Whether a row certainly fails on the whole interval, seen at a glance."""
+    if len(p) <= 2:  # the window has settled these
+        return False
+    found, _ = bernstein.coefficients(p, low, high)
+    least = min(found)
+    return least > 0 or (relation == "<" and least == 0) or (relation == "==" and max(found) < 0)
 
 
 def _is_met(sign: int, relation: str) -> bool:
