@@ -4,21 +4,45 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from json.encoder import encode_basestring
+from typing import Any
 
 from haverify.report.report import Finding, Report
 
 
 def as_json(report: Report) -> str:
     """The text of `report.json`."""
-    return json.dumps(asdict(report), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    return _laid_out(_plain(report), "\n") + "\n"
 
 
 def as_line(report: Report) -> str:
     """The report on one line: several specs make several lines."""
-    return json.dumps(asdict(report), sort_keys=True, ensure_ascii=False) + "\n"
+    return json.dumps(_plain(report), sort_keys=True, ensure_ascii=False) + "\n"
 
 
 def findings_as_json(findings: Iterable[Finding]) -> str:
     """Findings alone, for `lint --format json`."""
-    return json.dumps([asdict(f) for f in findings], indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    return _laid_out([_plain(f) for f in findings], "\n") + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """Records as objects."""
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    names = getattr(value, "__match_args__", None)
+    return value if names is None else {name: _plain(getattr(value, name)) for name in names}
+
+
+def _laid_out(value: Any, margin: str) -> str:
+    """`json.dumps` with an indent of 1 and sorted keys, which is slow in Python; `margin` begins a line."""
+    inner = margin + " "
+    if isinstance(value, str):
+        return encode_basestring(value)
+    if isinstance(value, dict) and value:
+        rows = (f"{encode_basestring(k)}: {_laid_out(v, inner)}" for k, v in sorted(value.items()))
+        return f"{{{inner}{f',{inner}'.join(rows)}{margin}}}"
+    if isinstance(value, list) and value:
+        return f"[{inner}{f',{inner}'.join(_laid_out(v, inner) for v in value)}{margin}]"
+    return json.dumps(value)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -93,6 +92,8 @@ def _read(path: Path) -> dict[str, dict[str, Any]]:
 
 def _write(path: Path, pack: Mapping[str, Any]) -> None:
     """Put the pack in place in one step; a cache that cannot be written is no cache, and no error."""
+    import tempfile
+
     body = _canonical({"schema": _SCHEMA, **pack})
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

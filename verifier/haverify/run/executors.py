@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-import traceback
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from fractions import Fraction
 
 from haverify.evidence.evidence import Evidence
@@ -94,7 +91,11 @@ def _share(spec: Spec, names: list[str], budget: Fraction) -> Solved:
 
 def _place(e: Exception) -> str:
     """The exception with its traceback: it goes into a bug report."""
-    return "".join(traceback.format_exception(e)).rstrip() if os.environ.get("HAVERIFY_DEBUG") else repr(e)
+    if not os.environ.get("HAVERIFY_DEBUG"):
+        return repr(e)
+    import traceback
+
+    return "".join(traceback.format_exception(e)).rstrip()
 
 
 _SPEC: list[Spec] = []
@@ -114,6 +115,9 @@ def _in_worker(names: list[str], budget: Fraction) -> Solved:
 
 def _by_processes(spec: Spec, parts: Sequence[list[str]], budget: Fraction, jobs: int) -> Solved:
     """The shares mapped over worker processes; a worker that dies costs its claims, and is a fault."""
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+
     done: list[Solved] = []
     pool = ProcessPoolExecutor(min(jobs, len(parts)), initializer=_begin, initargs=(spec,))
     try:
