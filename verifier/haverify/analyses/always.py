@@ -65,6 +65,7 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
         if tree is None:
             judged.proved = False
             judged.reason = judged.reason or reason_for(q, work)
+            judged.question = judged.question or q
         else:
             judged.trees.append(q.placement.tree(tree))
     return judged

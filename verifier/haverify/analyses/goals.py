@@ -13,8 +13,9 @@ from haverify.analyses.context import Context, cells_name, state_json
 from haverify.analyses.counterexample import choices
 from haverify.analyses.motion import Motion, State
 from haverify.analyses.poly_range import Work
+from haverify.analyses.quantities import facts_about
 from haverify.analyses.questions import Setting
-from haverify.analyses.telling import constants_read, facts_about, part_text, place_text, unit_of
+from haverify.analyses.telling import constants_read, part_text, place_text, unit_of
 from haverify.analyses.violation import meeting_run, on_params, stuck_run, violating_run
 from haverify.evidence.certificate import cells_goal, run_goal, run_json
 from haverify.evidence.evidence import PartResult

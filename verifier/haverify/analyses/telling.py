@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.analyses.always import Judged
-from haverify.analyses.clock_model import ClockModel
+from haverify.analyses.clock_model import CLOCK, ClockModel
 from haverify.analyses.margin import middle
-from haverify.analyses.questions import Question, Setting
+from haverify.analyses.questions import Question
 from haverify.maths.polynomial import variable
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.parts import Part
-from haverify.obligations.translate import COMPARISONS, OutsideFragmentError, Scope
+from haverify.obligations.translate import COMPARISONS
 
 Q = Fraction
 
@@ -45,11 +45,24 @@ def place_text(model: ClockModel, j: Judged) -> str:
     """Where the margin of a part occurs: mode or jump, and the values of the variables there."""
     if j.low is None or j.question is None:
         return j.part.where
-    values = state_at(model, j.question, j.low.point)
+    return ", ".join([j.part.where, *values_at(model, j.question, j.low.point)])
+
+
+def values_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> list[str]:
+    """The variables at a point of a question's box, the time where it is followed, the params that the point fixes."""
+    values = state_at(model, q, point)
     shown = [f"{v} = {decimal(x)}{_suffix(model, v)}" for v, x in values.items() if v in model.reals]
-    open_params = {p: x for p, x in j.low.point.items() if p in model.params}
-    shown += [f"{p} = {decimal(x)}" for p, x in open_params.items()]
-    return ", ".join([j.part.where, *shown])
+    time = _time_at(model, q, point)
+    if time is not None:
+        shown.append(f"time = {decimal(time)} s")
+    return shown + [f"{p} = {decimal(x)}" for p, x in point.items() if p in model.params]
+
+
+def _time_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> Q | None:
+    sigma = q.placement.replaced.get(CLOCK)
+    if sigma is None or model.rho is None or not all(v in point for v in (*sigma.variables, *model.rho.variables)):
+        return None
+    return sigma.value(point) / model.rho.value(point)
 
 
 def _suffix(model: ClockModel, name: str) -> str:
@@ -68,37 +81,6 @@ def state_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> dict[str
         if all(n in box or n in point for n in p.variables):
             found[v.name] = p.value({n: point[n] if n in point else middle(box[n]) for n in p.variables})
     return found
-
-
-def facts_about(setting: Setting, j: Judged) -> tuple[str, ...]:
-    """The range of each output of a part in its worst cell, where that is a polynomial of the clock."""
-    if j.question is None or j.part.kind != "dwell" or not j.part.output:
-        return ()
-    model = setting.model
-    scope = model.timed_scope(model.index[j.part.mode])
-    found = [_range_text(setting, j.question, n, scope) for n in j.part.output.split(",") if n in scope.lets]
-    return tuple(text for text in found if text)
-
-
-def _range_text(setting: Setting, q: Question, name: str, scope: Scope) -> str:
-    model = setting.model
-    try:
-        p = q.placement.apply(scope.polynomial(Expr("let", (name,))))
-    except OutsideFragmentError:
-        return ""
-    if len(p.variables) != 1 or not q.placement.bounded:
-        return ""
-    v = p.variables[0]
-    low, high = setting.ranges.extremes(p, q.placement.box)
-    unit = next((o.unit for m in model.automaton.modes for o in m.lets if o.name == name), None)
-    unit = unit or next((o.unit for o in model.automaton.lets if o.name == name), None)
-    suffix = f" {unit}" if unit is not None and str(unit) != "1" else ""
-    far = high if abs(high.high) >= abs(low.low) else low
-    at = ", ".join(
-        f"{n} = {decimal(x)}{_suffix(model, n)}" for n, x in state_at(model, q, {v: far.at}).items() if n in model.reals
-    )
-    word = "largest" if far is high else "least"
-    return f"{name} runs from {decimal(low.low)}{suffix} to {decimal(high.high)}{suffix}, {word} at {at}"
 
 
 def constants_read(model: ClockModel, part: Part) -> tuple[str, ...]:
