@@ -63,7 +63,7 @@ def _range_text(setting: Setting, q: Question, e: Expr, p: Polynomial) -> str:
     name = Notation(words).text(e)
     suffix = f" {e.unit}" if e.unit is not None and e.unit != ONE else ""
     if p.constant is not None:
-        at = ", ".join(values_at(setting.model, q, {}))
+        at = ", ".join(values_at(setting.model, q, {})) if q.placement.axis is None else ""
         return f"{name} is {decimal(p.constant)}{suffix}" + (f" at {at}" if at else "")
     low = least(Literal("<=", -p), True, q.placement.box, setting.ranges)
     high = least(Literal("<=", p), True, q.placement.box, setting.ranges)
