@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import cached_property
 
 from haverify.analyses.bounds import Interval
 from haverify.analyses.clock_model import ClockModel, clock_model
@@ -86,7 +87,7 @@ class Curve:
     variable: str
     over: Interval
 
-    @property
+    @cached_property
     def ends(self) -> tuple[Q, Q]:
         """The values at both ends."""
         assert self.over.low is not None and self.over.high is not None

@@ -25,10 +25,10 @@ def discontinuity(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     Outputs of which a claim mentions `pre` have a limit stated: there the verdict speaks.
     """
     for automaton in filter(facts.has_start, spec.automata):
-        limited = _limited(spec, automaton)
+        limited, edges = _limited(spec, automaton), live_edges(facts, automaton)
         for output in _outputs(automaton):
             if output.name not in limited and output.type == "real":
-                for edge in live_edges(facts, automaton):
+                for edge in edges:
                     yield from _check(facts, automaton, output, edge)
 
 
@@ -51,15 +51,16 @@ def _check(facts: Facts, automaton: HybridAutomaton, output: Output, edge: Edge)
     after = _curve(facts, automaton, modes[edge.target], output)
     if before is None or after is None or before.variable != after.variable:
         return
-    at = _instant(facts, automaton, edge, before.variable)
-    if at is None or any(a.var == before.variable for a in edge.resets):
+    clock = before.variable
+    at = facts.remembered(("instant", id(edge), clock), lambda: _instant(facts, automaton, edge, clock))
+    if at is None or any(a.var == clock for a in edge.resets):
         return
-    step = after.poly.value({after.variable: at}) - before.poly.value({before.variable: at})
+    step = after.poly.value({clock: at}) - before.poly.value({clock: at})
     if abs(step) > max(_move(before.ends), _move(after.ends)):
         moves = _move(before.extremes()), _move(after.extremes())
         if min(moves) > 0 and abs(step) > max(moves):
-            clock = facts.scope(automaton).vars[before.variable]
-            yield _finding(automaton, output, edge, step, f"{clock.name} = {quantity(at, clock.unit)}", moves)
+            variable = facts.scope(automaton).vars[clock]
+            yield _finding(automaton, output, edge, step, f"{variable.name} = {quantity(at, variable.unit)}", moves)
 
 
 def _finding(

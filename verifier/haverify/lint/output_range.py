@@ -64,9 +64,10 @@ def _stated(facts: Facts, automaton: HybridAutomaton, claim: Claim) -> Iterator[
     for goal in always_goals(claim):
         if goal.window is not None:
             continue
+        parts = list(conjuncts(goal.condition))
         for mode in automaton.modes:
             bounds: dict[str, list[tuple[str, Q, Expr]]] = {}
-            for c in conjuncts(goal.condition):
+            for c in parts:
                 bound = _bound(facts, automaton, mode, c)
                 if bound is not None:
                     bounds.setdefault(bound[2].name, []).append(bound)

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from math import gcd, lcm
 
+from haverify.maths.univariate import scaled_value
+
 Monomial = tuple[tuple[str, int], ...]
 ZERO = Fraction(0)
 ONE = Fraction(1)
@@ -67,6 +69,9 @@ class Polynomial:
         return Polynomial(_without_zeros(whole), self.divisor * other.divisor)
 
     def __pow__(self, exponent: int) -> Polynomial:
+        if len(self.whole) == 1 and exponent:
+            ((m, c),) = self.whole.items()
+            return Polynomial({tuple((v, e * exponent) for v, e in m): c**exponent}, self.divisor**exponent)
         result, base = constant(ONE), self
         while exponent:
             if exponent & 1:
@@ -154,6 +159,9 @@ class Polynomial:
 
     def value(self, values: Mapping[str, Fraction]) -> Fraction:
         """The value at a point that gives every variable; KeyError where one is missing."""
+        if len(self.variables) == 1:
+            x, dense = values[self.variables[0]], tuple(self.dense())
+            return Fraction(scaled_value(dense, x), self.divisor * x.denominator ** (len(dense) - 1))
         fixed = self.fix({v: values[v] for v in self.variables})
         return Fraction(fixed.whole[()], fixed.divisor) if fixed.whole else ZERO
 

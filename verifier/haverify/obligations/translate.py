@@ -194,7 +194,7 @@ def _combine(
         condition = conjunction([x.condition, y.condition])
         if condition is not False:
             numerator, denominator = make(x, y)
-            if len(numerator.terms) > MOST_TERMS:
+            if len(numerator.whole) > MOST_TERMS:
                 raise OutsideFragmentError(f"{scope.where} has a polynomial of more than {MOST_TERMS} terms")
             result.append(Case(condition, numerator, denominator))
     return result
@@ -258,7 +258,7 @@ def _power(scope: Scope, e: Expr) -> list[Case]:
     if exponent < 0:
         base = [_inverse(scope, c) for c in base]
     n = abs(int(exponent))
-    if any(len(c.numerator.terms) > 1 and len(c.numerator.terms) ** min(n, 8) > 10**6 for c in base):
+    if any(len(c.numerator.whole) > 1 and len(c.numerator.whole) ** min(n, 8) > 10**6 for c in base):
         raise OutsideFragmentError(f"{scope.where} has a polynomial of more than {MOST_TERMS} terms")
     return [Case(c.condition, c.numerator**n, UNIT if c.denominator is UNIT else c.denominator**n) for c in base]
 

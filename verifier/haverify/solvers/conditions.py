@@ -223,7 +223,7 @@ def _with_pi(case: Case) -> Answer:
 
 
 def _is_linear_beside_pi(case: Case) -> bool:
-    return all(sum(p for n, p in m if n != PI) <= 1 for q in case for m in q.poly.terms)
+    return all(sum(p for n, p in m if n != PI) <= 1 for q in case for m in q.poly.whole)
 
 
 _FREE_PI = STAND_IN + PI
@@ -255,8 +255,8 @@ def _solvable(rows: list[Row]) -> tuple[Row, str] | None:
     for row in rows:
         if row.relation != "==":
             continue
-        for m in sorted(row.poly.terms):
-            if len(m) == 1 and m[0][1] == 1 and sum(m[0][0] in dict(n) for n in row.poly.terms) == 1:
+        for m in sorted(row.poly.whole):
+            if len(m) == 1 and m[0][1] == 1 and sum(m[0][0] in dict(n) for n in row.poly.whole) == 1:
                 return row, m[0][0]
     return None
 

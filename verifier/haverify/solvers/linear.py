@@ -60,7 +60,7 @@ def _without_constants(rows: list[Row]) -> tuple[list[Row], frozenset[int] | Non
 
 
 def _normal(row: Row) -> Row:
-    first = min(m for m in row.poly.terms if m)
+    first = min(m for m in row.poly.whole if m)
     return Row(row.poly.scaled(1 / abs(row.poly.terms[first])), row.relation, row.origins)
 
 

@@ -177,7 +177,7 @@ def terms(e: Expr, frame: Frame) -> list[Term]:
     """The values of `e`, each with the case in which it is the value."""
     reader = _TERMS.get(e.op)
     result = reader(e, frame) if reader else _stand_in(e, frame)
-    if len(result) > MAX_CASES or any(len(p.terms) > MAX_MONOMIALS for _, p in result):
+    if len(result) > MAX_CASES or any(len(p.whole) > MAX_MONOMIALS for _, p in result):
         raise TooManyCasesError
     return result
 

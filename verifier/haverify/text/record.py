@@ -123,13 +123,14 @@ def _described(fields: dict[str, _Field]) -> dict[str, Any]:
 def _first_init(self: Any, *values: Any, **named: Any) -> None:
     """`__init__` of a class until its first object is made."""
     cls: Any = type(self)
-    cls.__init__ = _init(cls._fields, hasattr(cls, "__post_init__"), "__setattr__" in cls.__dict__)
+    setters = {n: getattr(cls, n).__set__ for n in cls._fields} if "__slots__" in cls.__dict__ else {}
+    cls.__init__ = _init(cls._fields, setters, hasattr(cls, "__post_init__"))
     cls.__init__(self, *values, **named)
 
 
-def _init(fields: dict[str, _Field], has_post_init: bool, is_frozen: bool) -> Any:
-    """`__init__` with the fields as parameters, in order, as the standard decorator makes it."""
-    scope: dict[str, Any] = {"_set": object.__setattr__, "_NONE": _NONE}
+def _init(fields: dict[str, _Field], setters: dict[str, Any], has_post_init: bool) -> Any:
+    """`__init__` with the fields as parameters, in order; what has no setter is assigned."""
+    scope: dict[str, Any] = {"_NONE": _NONE} | {f"_s_{name}": setter for name, setter in setters.items()}
     parameters, lines = [], []
     for name, f in fields.items():
         value = name
@@ -142,7 +143,7 @@ def _init(fields: dict[str, _Field], has_post_init: bool, is_frozen: bool) -> An
             value = f"_f_{name}() if {name} is _NONE else {name}"
         else:
             parameters.append(name)
-        lines.append(f" _set(self, '{name}', {value})" if is_frozen else f" self.{name} = {value}")
+        lines.append(f" _s_{name}(self, {value})" if name in setters else f" self.{name} = {value}")
     lines += [" self.__post_init__()"] if has_post_init else []
     text = f"def __init__(self, {', '.join(parameters)}):\n" + "\n".join(lines or [" pass"])
     exec(text, scope)
