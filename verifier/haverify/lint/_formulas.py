@@ -68,7 +68,8 @@ def ranges(facts: Facts) -> Iterator[tuple[Range, Frame, str]]:
         yield from _dynamic(facts, automaton)
     for claim in spec.claims:
         yield from ((r, top, name) for name, r in claim.which)
-        yield from ((Range(*g.window), top, "the window") for g in claim.goals if g.window is not None)
+        windows = (Range(*g.window) for g in claim.goals if g.window is not None)
+        yield from ((w, top, f"the window of property {claim.name}") for w in windows)
 
 
 def _declared(owners: Iterable[Param | Input | Variable], frame: Frame) -> Iterator[tuple[Range, Frame, str]]:

@@ -98,13 +98,14 @@ def _is_above(low: Expr, op: str, high: Expr, frame: Frame) -> bool:
 
 def _of_range(facts: Facts, interval: Range, frame: Frame, owner: str) -> Diagnostic:
     low, high = facts.text(interval.low.span), facts.text(interval.high.span)
+    what = owner if " " in owner else f"`{owner}`"
     return Diagnostic(
         "HA201",
-        f"empty interval for `{owner}`: the lower bound is above the upper bound",
+        f"empty interval for {what}: the lower bound is above the upper bound",
         span=interval.high.span,
         label=_distance(interval.low, interval.high, frame),
         labels=_labels(interval.low),
-        notes=(f"no value of `{owner}` lies in `[{low}, {high}]`",) if low and high else (),
+        notes=(f"nothing lies in `[{low}, {high}]`",) if low and high else (),
         help=f"as a range: `[{high}, {low}]`" if low and high else None,
         fix=_swap(facts, interval.low, interval.high),
         key=f"empty interval for {owner}",
