@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -66,14 +65,13 @@ def read_text(path: str) -> tuple[str, Source | None]:
         return (e.strerror or "unreadable").lower(), None
     except ValueError:
         return "not a path", None
-    digest = hashlib.sha256(raw).hexdigest()
     if b"\0" in raw:
         return "it is a binary file", None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as e:
         return f"byte {e.start} is not UTF-8", None
-    return "", Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), digest)
+    return "", Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), raw)
 
 
 def _beside(importer: str, path: str) -> str:
@@ -137,4 +135,4 @@ def _network(work: _Reading, tree: t.Tree, decl: t.Network) -> None:
     except (OSError, ValueError):
         work.diagnostics.append(Diagnostic("HA006", f"cannot read {decl.path}", decl.path_span))
         return
-    work.data[(tree.path, decl.path)] = Source(place, "", hashlib.sha256(raw).hexdigest())
+    work.data[(tree.path, decl.path)] = Source(place, "", raw)

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-import hashlib
 from bisect import bisect_right
 from functools import cached_property
 
-from haverify.text.record import record
+from haverify.text.record import field, record
 from haverify.text.span import Span
 
 
 @record
 class Source:
-    """A file as read: `path` as shown to users, decoded `text` (no BOM, `\\n` line ends), `sha256` of the raw bytes."""
+    """A file as read: `path` as shown to users, decoded `text` (no BOM, `\\n` line ends), its bytes as they are."""
 
     path: str
     text: str
-    sha256: str = ""
+    raw: bytes = field(default=b"", repr=False)
 
     @classmethod
     def of_text(cls, path: str, text: str) -> Source:
         """A source that is not on disk; its hash is that of the UTF-8 text."""
-        return cls(path, text, hashlib.sha256(text.encode()).hexdigest())
+        return cls(path, text, text.encode())
+
+    @cached_property
+    def sha256(self) -> str:
+        """The hash of the bytes; only some commands ask for it, and its library is slow to load."""
+        import hashlib
+
+        return hashlib.sha256(self.raw).hexdigest()
 
     @cached_property
     def _line_starts(self) -> list[int]:
