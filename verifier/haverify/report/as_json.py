@@ -45,4 +45,4 @@ def _laid_out(value: Any, margin: str) -> str:
         return f"{{{inner}{f',{inner}'.join(rows)}{margin}}}"
     if isinstance(value, list) and value:
         return f"[{inner}{f',{inner}'.join(_laid_out(v, inner) for v in value)}{margin}]"
-    return json.dumps(value)
+    return "null" if value is None else json.dumps(value)
