@@ -9,46 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import product
+from math import prod
 
-from haverify.analyses.bounds import EVERYTHING, Box, Interval, image, narrow, point, single
+from haverify.analyses.bounds import EVERYTHING, Box, Interval, narrow, point
+from haverify.analyses.cell import Cell, Exit, moved
 from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel
+from haverify.analyses.opening import certainly, due, outcome
 from haverify.maths.bernstein import bounds as range_on
 from haverify.maths.polynomial import Polynomial
 from haverify.model.hybrid import Assign, Init, Range
-from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, negation, truth
+from haverify.obligations.formula import negation
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.text.record import field, holder, record
+from haverify.text.record import field, holder, replace
 
 Q = Fraction
 MOST_CELLS = 20_000
 SEPARATE = 12  # cells of one mode and discrete state before they are joined
+MOST_CHOICES = 256
 PATIENCE = 3  # joins of one cell before its moving ends are widened
-
-
-@holder
-class Cell:
-    """One cell; `sigma` is the scaled time at entry where time is followed, `parent` the first way into it."""
-
-    mode: int
-    entry: Box
-    sigma: Interval | None
-    jumps: int | None
-    dwell: Q | None = None
-    parent: tuple[int, int] | None = None  # cell, edge
-    depth: int = 0
-    joins: int = 0
-
-
-@record
-class Exit:
-    """An edge taken out of a cell: during which scaled dwells, from which box, into which box, at which
-    scaled times."""
-
-    edge: int
-    dwell: tuple[Q, Q | None]
-    before: Box
-    after: Box
-    sigma: Interval | None
 
 
 @holder
@@ -74,7 +53,9 @@ class Cells:
         return self._by_mode.get(mode, [])
 
     def exit(self, cell: int, edge: int) -> Exit | None:
-        """How the edge leaves the cell, None where it cannot."""
+        """How the edge leaves the cell, None where it cannot or where the horizon's last jump was made."""
+        if self.jumps is not None and self.cells[cell].jumps == self.jumps:
+            return None
         if (cell, edge) not in self._exits:
             self._exits[cell, edge] = leave(self.model, self.cells[cell], self.model.edge(edge), self.limit)
         return self._exits[cell, edge]
@@ -122,7 +103,8 @@ class _Search:
             for k in self.found.model.leaving[cell.mode]:
                 out = leave(self.found.model, cell, self.found.model.edge(k), self.found.limit)
                 if out is not None and (self.found.jumps is None or (cell.jumps or 0) < self.found.jumps):
-                    self.add(landed(cell, out, self.found.model), index, k)
+                    for entered in landed(cell, out, self.found.model):
+                        self.add(entered, index, k)
 
     def add(self, cell: Cell, parent: int | None = None, edge: int = 0) -> None:
         """Make sure that some cell covers this one, and look at it again if it grew for that."""
@@ -186,7 +168,18 @@ def starts(model: ClockModel, tracked: bool, counted: bool) -> Iterator[Cell]:
         for index in modes:
             entry = start_box(model, init, index)
             if entry is not None:
-                yield Cell(index, entry, point(Q(0)) if tracked else None, 0 if counted else None)
+                cell = Cell(index, entry, point(Q(0)) if tracked else None, 0 if counted else None)
+                yield from separated(model, cell)
+
+
+def separated(model: ClockModel, cell: Cell) -> Iterator[Cell]:
+    """The cell, once for each choice of values of its discrete variables; whole where these are too many."""
+    choices = [[point(x) for x in values if cell.entry[v].contains(point(x))] for v, values in model.discrete.items()]
+    if all(cell.entry[v].is_point for v in model.discrete) or prod(map(len, choices)) > MOST_CHOICES:
+        yield cell
+        return
+    for picks in product(*choices):
+        yield replace(cell, entry={**cell.entry, **dict(zip(model.discrete, picks, strict=True))})
 
 
 def start_box(model: ClockModel, init: Init, index: int, strict: bool = False) -> Box | None:
@@ -226,17 +219,6 @@ def _constant_range(model: ClockModel, p: Polynomial) -> Interval:
     return Interval(*range_on(p, model.params))
 
 
-def moved(entry: Interval, slope: Q, first: Q, last: Q | None) -> Interval:
-    """The values `e + slope * s` for `e` in the entry interval and `first <= s <= last`."""
-    if not slope:
-        return entry
-    low = None if entry.low is None else entry.low + slope * first
-    high = None if entry.high is None else entry.high + slope * first
-    if slope > 0:
-        return Interval(low, None if entry.high is None or last is None else entry.high + slope * last)
-    return Interval(None if entry.low is None or last is None else entry.low + slope * last, high)
-
-
 def longest(model: ClockModel, cell: Cell, limit: Q | None) -> Q | None:
     """The longest scaled dwell in a cell, None where a run may stay for ever."""
     mode = model.mode(cell.mode)
@@ -248,9 +230,9 @@ def longest(model: ClockModel, cell: Cell, limit: Q | None) -> Q | None:
     for k in model.leaving[cell.mode]:
         edge = model.edge(k)
         if edge.urgent:
-            end = due(model, cell, edge)
-            if end is not None:
-                ends.append(end)
+            opened = due(model, cell, edge)
+            if opened is not None:
+                ends.append(opened.last)
     return max(Q(0), min(ends)) if ends else None
 
 
@@ -261,90 +243,6 @@ def _until(entry: Interval, slope: Q, allowed: Interval) -> Q | None:
     if slope < 0 and allowed.low is not None and entry.high is not None:
         return (allowed.low - entry.high) / slope
     return None
-
-
-def due(model: ClockModel, cell: Cell, edge: ClockEdge) -> Q | None:
-    """A scaled dwell from which on the edge is enabled for every state of the cell, None where none is known."""
-    ends = certain_from(edge.guard, model, cell)
-    if ends is None:
-        return None
-    before = {v: moved(x, model.mode(cell.mode).slopes[v], Q(0), ends) for v, x in cell.entry.items()}
-    narrowed = narrow(edge.guard, before, model.params)
-    if narrowed is None or not certainly_lands(model, edge, narrowed):
-        return None
-    return ends
-
-
-def certain_from(guard: Formula, model: ClockModel, cell: Cell) -> Q | None:
-    """The scaled dwell from which on every conjunct, each on one variable, holds for all entries and params."""
-    if isinstance(guard, bool):
-        return Q(0) if guard else None
-    members = guard.members if isinstance(guard, Junction) and guard.is_and else (guard,)
-    latest = Q(0)
-    for m in members:
-        at = _literal_from(m, model, cell) if isinstance(m, Literal) else None
-        if at is None:
-            return None
-        latest = max(latest, at)
-    return latest
-
-
-def _literal_from(f: Literal, model: ClockModel, cell: Cell) -> Q | None:
-    found = single(f.polynomial, cell.entry)
-    if found is None or f.op not in ("<", "<="):
-        return None
-    name, factor, rest = found
-    if not all(v in model.params for v in rest.variables):
-        return None
-    top = range_on(rest, model.params)[1]
-    if name is None:
-        return Q(0) if by_bounds(f.op, top, top) else None
-    entry = cell.entry[name]
-    worst = entry.high if factor > 0 else entry.low
-    slope = factor * model.mode(cell.mode).slopes[name]
-    if worst is None or slope > 0:
-        return None
-    now = factor * worst + top
-    if by_bounds(f.op, now, now):
-        return Q(0)
-    return now / -slope if slope else None
-
-
-def certainly_lands(model: ClockModel, edge: ClockEdge, before: Box) -> bool:
-    """Whether every outcome of the edge from the box lies in the target's domain."""
-    return certainly(model, model.mode(edge.target).domain, outcome(model, edge, before))
-
-
-def certainly(model: ClockModel, f: Formula, box: Box) -> bool:
-    """Whether the formula holds on the whole box, by the range of each of its polynomials."""
-
-    def of(leaf: Literal) -> bool | None:
-        inside = image_or_none(leaf.polynomial, box, model)
-        if inside is None or inside.low is None or inside.high is None:
-            return _half_bounded(leaf, inside)
-        return by_bounds(leaf.op, inside.low, inside.high)
-
-    return truth(f, of) is True
-
-
-def _half_bounded(leaf: Literal, inside: Interval | None) -> bool | None:
-    if inside is None or inside.high is None:
-        return None
-    return True if leaf.op == "<=" and inside.high <= 0 else None
-
-
-def image_or_none(p: Polynomial, box: Box, model: ClockModel) -> Interval | None:
-    """An interval around `p` on the box, None where a variable is unknown."""
-    return image(p, box, model.params) if all(v in box or v in model.params for v in p.variables) else None
-
-
-def outcome(model: ClockModel, edge: ClockEdge, before: Box) -> Box:
-    """The box of outcomes, the target's domain not yet considered."""
-    after = dict(before)
-    for v, reset in edge.resets.items():
-        low = image(reset.low, before, model.params)
-        after[v] = low if not reset.is_set else Interval(low.low, image(reset.high, before, model.params).high)
-    return after
 
 
 def leave(model: ClockModel, cell: Cell, edge: ClockEdge, limit: Q | None, strict: bool = False) -> Exit | None:
@@ -399,10 +297,10 @@ def _dwells(entry: Interval, c: Q, gate: Interval) -> Interval:
     return Interval(low, high, gate.open_high, gate.open_low)
 
 
-def landed(cell: Cell, out: Exit, model: ClockModel) -> Cell:
-    """The cell that an exit enters."""
+def landed(cell: Cell, out: Exit, model: ClockModel) -> Iterator[Cell]:
+    """The cells that an exit enters, one for each choice of discrete values."""
     jumps = None if cell.jumps is None else cell.jumps + 1
-    return Cell(model.edge(out.edge).target, dict(out.after), out.sigma, jumps)
+    return separated(model, Cell(model.edge(out.edge).target, dict(out.after), out.sigma, jumps))
 
 
 def left_window(found: Cells) -> tuple[str, str] | None:

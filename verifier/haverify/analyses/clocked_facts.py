@@ -10,7 +10,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from haverify.analyses.bounds import EVERYTHING, Interval
-from haverify.analyses.clocked import Cells, leave, moved, start_box
+from haverify.analyses.cell import moved
+from haverify.analyses.clocked import Cells, leave, start_box
 from haverify.analyses.context import Context
 from haverify.analyses.counterexample import Explorer, defaults
 from haverify.analyses.motion import Motion

@@ -7,8 +7,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from haverify.analyses.cell import Cell
 from haverify.analyses.clock_model import ClockModel, clock_model
-from haverify.analyses.clocked import Cell, Cells, explore
+from haverify.analyses.clocked import Cells, explore
 from haverify.analyses.motion import Motion, State
 from haverify.analyses.poly_range import Ranges
 from haverify.analyses.questions import rounding_box, symbolic_model

@@ -10,11 +10,13 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.clocked import Cell, Cells, Exit, certain_from, landed, leave, left_window, longest, starts
+from haverify.analyses.cell import Cell, Exit
+from haverify.analyses.clocked import Cells, landed, leave, left_window, longest, starts
 from haverify.analyses.context import Context, cells_json, state_json
 from haverify.analyses.counterexample import Explorer, Node, choices, the_run
 from haverify.analyses.goals import Answer, first_start
 from haverify.analyses.motion import stretches
+from haverify.analyses.opening import opening
 from haverify.analyses.placement import Placement, place
 from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Setting
@@ -111,7 +113,7 @@ def _follow(setting: Setting, found: Leading, index: int) -> None:
     for k in model.leaving[cell.mode]:
         out = leave(model, short, model.edge(k), None)
         if out is not None and not met_by_landing(setting, short, out):
-            found.cells.cells.append(landed(cell, out, model))
+            found.cells.cells.extend(landed(cell, out, model))
 
 
 def met_by_landing(setting: Setting, cell: Cell, out: Exit) -> bool:
@@ -137,7 +139,8 @@ def meeting(setting: Setting, cell: Cell) -> Q | None:
         return None
     scope = model.timed_scope(cell.mode)
     goal = scope.formula(folded)
-    wanted = [Q(0), certain_from(goal, model, cell), cell.dwell]
+    begins = opening(goal, model, cell)
+    wanted = [Q(0), None if begins is None else begins.last, cell.dwell]
     assumed = (*model.spec.assumptions, *setting.claim.assume)
     late = negation(conjunction(scope.formula(a) for a in assumed))
     for at in dict.fromkeys(w for w in wanted if w is not None):

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.bounds import Interval
+from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import CLOCK, DWELL, PI, ClockModel
-from haverify.analyses.clocked import Cell, Exit
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.obligations.formula import Formula, transform
 from haverify.text.record import record

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from haverify.analyses.bounds import Interval, narrow
+from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import CLOCK, ClockModel
-from haverify.analyses.clocked import Cell, Cells, Exit
+from haverify.analyses.clocked import Cells
 from haverify.analyses.placement import Placement, place
 from haverify.analyses.poly_range import Ranges
 from haverify.maths.polynomial import variable

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from haverify.analyses.bounds import narrow
-from haverify.analyses.clocked import Cells, certain_from, certainly_lands, longest, moved
-from haverify.obligations.formula import literals
+from haverify.analyses.bounds import Box, narrow
+from haverify.analyses.cell import moved
+from haverify.analyses.clock_model import closed
+from haverify.analyses.clocked import Cells
+from haverify.analyses.opening import certainly, certainly_lands, due
+from haverify.obligations.formula import conjunction, literals
 
 Q = Fraction
+ENTRY = Q(0)
 
 
 def never_stuck(cells: Cells, index: int, time: Q | None) -> bool:
@@ -18,7 +22,8 @@ def never_stuck(cells: Cells, index: int, time: Q | None) -> bool:
         return True
     if any(certain_exit(cells, index, k) for k in model.leaving[cell.mode]):
         return True
-    return cell.dwell is None or (time is not None and over(cells, index, time))
+    endless = cell.dwell is None or (time is not None and over(cells, index, time))
+    return endless and certainly(model, model.mode(cell.mode).domain, states(cells, index))
 
 
 def over(cells: Cells, index: int, time: Q) -> bool:
@@ -30,17 +35,23 @@ def over(cells: Cells, index: int, time: Q) -> bool:
 
 
 def certain_exit(cells: Cells, index: int, k: int) -> bool:
-    """Whether the edge is enabled, with an outcome, for every state of the cell when its stay ends."""
+    """Whether the edge is enabled, with an outcome, for every state of the cell, at the latest when its stay ends."""
     model, cell = cells.model, cells.cells[index]
-    edge = model.edge(k)
-    at = certain_from(edge.guard, model, cell)
-    if at is None or cell.dwell is None or at > cell.dwell:
+    edge, domain = model.edge(k), model.mode(cell.mode).domain
+    found = due(model, cell, edge)
+    if found is None or not certainly(model, domain, found.until):
         return False
-    if not edge.urgent and any(leaf.op == "<" for leaf in literals(edge.guard)):
+    if edge.urgent:
+        return cell.dwell is None or found.last <= cell.dwell
+    strict = [leaf for leaf in literals(edge.guard) if leaf.op == "<"]
+    if cell.dwell is None or not all(certainly(model, leaf, cell.entry) for leaf in strict):
         return False
-    slopes = model.mode(cell.mode).slopes
-    before = {v: moved(x, slopes[v], Q(0), cell.dwell) for v, x in cell.entry.items()}
-    allowed = model.mode(cell.mode).allowed or {}
-    before = {v: x.meet(allowed[v]).closed if v in allowed else x for v, x in before.items()}
-    gate = narrow(edge.guard, before, model.params)
-    return gate is not None and longest(model, cell, cells.limit) == cell.dwell and certainly_lands(model, edge, gate)
+    gate = narrow(conjunction([closed(edge.guard), domain]), states(cells, index, found.first), model.params)
+    return gate is not None and certainly_lands(model, edge, gate)
+
+
+def states(cells: Cells, index: int, first: Q = ENTRY) -> Box:
+    """The states of a cell from a scaled dwell on, its domain ignored."""
+    cell = cells.cells[index]
+    slopes = cells.model.mode(cell.mode).slopes
+    return {v: moved(x, slopes[v], first, cell.dwell) for v, x in cell.entry.items()}

@@ -7,8 +7,8 @@ from fractions import Fraction
 from functools import cached_property
 
 from haverify.analyses.bounds import Interval
-from haverify.analyses.clock_model import ClockModel, clock_model
 from haverify.analyses.cell import moved
+from haverify.analyses.clock_model import ClockModel, clock_model
 from haverify.analyses.clocked import Cells, explore
 from haverify.analyses.motion import Motion
 from haverify.lint._facts import Facts
