@@ -31,8 +31,8 @@ def text(e: Json) -> str:
     return f"{op}({', '.join(shown)})" if args else op
 
 
-def understood(claim: Json) -> str:
-    """A claim as this checker understood it."""
+def understood(claim: Json, assumed: list[Json]) -> str:
+    """A claim as this checker understood it, with all that is assumed."""
     goals = []
     for g in claim["goals"]:
         during = f" during [{', '.join(map(text, g['window']))}]" if g["window"] else ""
@@ -40,7 +40,7 @@ def understood(claim: Json) -> str:
         goals.append(f"{g['kind']}{during} {text(g['condition'])}{within}")
     limits = [text(claim["horizon"]["time"]) + " s"] if claim["horizon"]["time"] is not None else []
     limits += [f"{claim['horizon']['jumps']} jumps"] if claim["horizon"]["jumps"] is not None else []
-    extra = "".join(f"; assume {text(a)}" for a in claim["assume"])
+    extra = "".join(f"; assume {text(a)}" for a in assumed + claim["assume"])
     return f"on {claim['on']}: {'; '.join(goals)}{'; within ' if limits else ''}{', '.join(limits)}{extra}"
 
 
@@ -100,6 +100,13 @@ class Check:
             return {"outcome": "beyond" if trusted else "refused", "reason": why[:300], "verdict": verdict}
         return self._compare(said, shown)
 
+    def understood(self, name: str) -> str:
+        """What a claim was understood as, if that can be printed."""
+        try:
+            return understood(self.core.claims[name], self.core.data["assumptions"])
+        except (RecursionError, TypeError, AttributeError):
+            return "(too deep or malformed to print)"
+
     def _established(self, claim: Json) -> Json:
         if file_name(claim["name"]) not in self.present:
             return None
@@ -112,20 +119,22 @@ class Check:
         if said is None:
             return out if shown else {**out, "outcome": "absent", "reason": "no certificate"}
         decided = verdict in ("proved", "refuted")
+        rounded = (said["rounding"] or {}).get("verdict")
+        parts = sorted((p["mode"], p["output"], p["verdict"]) for p in said["parts"])
         if not decided and not shown:
-            good = verdict == "unknown" and said["trust"] is None
+            stated = {rounded, *(p[2] for p in parts)} & {"proved", "refuted"}
+            good = verdict == "unknown" and said["trust"] is None and not stated
             kind, reason = ("absent", "nothing to show") if good else ("refused", "a wrong verdict")
             return {**out, "outcome": kind, "reason": reason}
         if shown is None:
             lower = said["trust"] in ("enclosed", "solver")
             return {**out, "outcome": "beyond" if lower else "refused", "reason": "no certificate"}
-        rounded = (said["rounding"] or {}).get("verdict")
-        parts = sorted((p["mode"], p["output"], p["verdict"]) for p in said["parts"])
+        listed = sorted(shown[2]), sorted(p for p in shown[2] if p[:2] != ("", ""))  # whole goals need not be listed
         wrong = [what for what, bad in (
             ("the certificate establishes another verdict than the report states", shown[0] != verdict),
             ("the report states another trust than `checked`", said["trust"] != "checked"),
             ("the rounding verdict is another", (rounded if rounded in ("proved", "refuted") else None) != shown[1]),
-            ("the parts of the report are others", bool(shown[2]) and parts != sorted(shown[2]))) if bad]  # fmt: skip
+            ("the parts of the report are others", parts not in listed)) if bad]  # fmt: skip
         return {**out, "outcome": "refused", "reason": wrong[0]} if wrong else out
 
 
@@ -154,8 +163,8 @@ def run(folder: Path, base: Path, options: set[str]) -> int:
         print(json.dumps({"claims": outcomes, "inputs": inputs}, indent=1, sort_keys=True))
     else:
         for name, o in outcomes.items():
-            print(f"{o['outcome']:9} {name} {o['verdict'] or ''}{': ' if o['reason'] else ''}{clean(o['reason'])}")
-            print(f"          {clean(understood(check.core.claims[name]))[:2000]}")
+            print(clean(f"{o['outcome']:9} {name} {o['verdict'] or ''}{': ' if o['reason'] else ''}{o['reason']}"))
+            print(f"          {clean(check.understood(name))[:2000]}")
         print(f"{inputs['outcome']:9} inputs: {clean(inputs['reason'])}")
     return exit_code(outcomes, inputs, "--strict" in options)
 

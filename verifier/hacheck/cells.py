@@ -12,22 +12,10 @@ from typing import Any
 
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
-from hacheck.formula import Formula, conj, literals
-from hacheck.rational import (
-    ONE,
-    Beyond,
-    Interval,
-    Poly,
-    Refused,
-    add,
-    const,
-    constant,
-    names,
-    number,
-    scale,  # fmt: skip
-    spend,
-    var,
-)
+from hacheck.formula import Formula, conj, literals, variables
+from hacheck.rational import (  # noqa: I001
+    ONE, Beyond, Interval, Poly, Powers, Refused, add, const, constant, names, number, scale, spend, var,
+)  # fmt: skip
 
 Json = Any
 Box = dict[str, Interval]
@@ -78,6 +66,11 @@ class Model:
         self._flows: dict[str, tuple[Poly, dict[str, Fraction]]] = {}
         self._domains: dict[str, Formula] = {}
         self._landings: dict[tuple[int, str], Instant] = {}
+        try:
+            rhos = [self.flow(m)[0] for m in scope.modes]
+            scope.rho = rhos[0] if all(r == rhos[0] for r in rhos) else None
+        except Refused:
+            scope.rho = None  # time is not tracked then
 
     def flow(self, mode: str) -> tuple[Poly, dict[str, Fraction]]:
         """`rho` > 0 and the slopes `c` with rate = c * rho."""
@@ -93,6 +86,10 @@ class Model:
             self._flows[mode] = rho, slopes
         return self._flows[mode]
 
+    def window(self, name: str) -> Interval:
+        """The declared range of a variable."""
+        return self.scope.window(next(v for v in self.a["vars"] if v["name"] == name))
+
     def domain(self, mode: str) -> Formula:
         """The domain, closed, at the state its variables name."""
         if mode not in self._domains:
@@ -106,8 +103,10 @@ class Model:
             before = self.scope.identity(edge["source"])
             env = dict(before.env)
             for r in edge["resets"]:
-                v, chosen = r["var"], "to" if "to" in r else pick
-                env[v] = before.poly(r[chosen]) if chosen != "any" else var(v + "'")
+                v, ends = r["var"], {x: before.poly(r[x]) for x in r.keys() - {"var"}}
+                if self.scope.types[v] != "real" and not all(map(self.scope.integral, ends.values())):
+                    raise Beyond(f"{v} may get a value between two of its type")
+                env[v] = ends["to"] if "to" in r else var(v + "'") if pick == "any" else ends[pick]
             self._landings[k, pick] = Instant(self.scope, edge["target"], env, edge=edge["name"], before=before)
         return self._landings[k, pick]
 
@@ -132,6 +131,7 @@ class Model:
 
     def narrow(self, f: Formula, box: Box) -> Box | None:
         """The box cut by what f bounds, read as closed; of alternatives the hull; None where nothing is left."""
+        spend(10)
         if isinstance(f, bool):
             return box if f else None
         if f[0] == "and":
@@ -155,6 +155,7 @@ class Model:
 
     def certainly(self, f: Formula, box: Box) -> bool:
         """Is f true on a box of states, perhaps unbounded?"""
+        spend(10)
         if isinstance(f, bool):
             return f
         if f[0] in ("and", "or"):
@@ -253,10 +254,9 @@ class Cells:
         if meeting and (self.time is not None or self.jumps is not None):
             raise Refused("cells up to a horizon do not show that something must happen")
         self.cells = [_cell(model, c, self.timed) for c in data["cells"]]
-        rhos = [model.flow(m)[0] for m in model.scope.modes] if self.timed else []
-        if any(r != rhos[0] for r in rhos) or (self.time is not None and not self.timed):
+        if (self.timed or self.time is not None) and (not self.timed or model.scope.rho is None):
             raise Refused("time is tracked, but the modes do not share one rate")
-        self.rho = model.scope.rho = rhos[0] if rhos else None
+        self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
         self.end = self.horizon(self.time)[1]
         self._init()
         for i in range(len(self.cells)):
@@ -271,37 +271,49 @@ class Cells:
         """The states of a cell at scaled dwells s, domain ignored."""
         c = self.cells[i]
         slopes = self.model.flow(c.mode)[1]
+        spend(2 * len(slopes) + 5)
         return {v: plus(e, slopes[v], s) for v, e in c.entry.items()}
 
     def _contained(self, mode: str, box: Box, sigma: Interval, jumps: int | None, after: int, what: str) -> None:
         """For each choice of discrete values, the box lies in one cell."""
+        spend(2 * len(self.by_mode[mode]) + 5)
         fits = [c for j in self.by_mode[mode] if j > after for c in [self.cells[j]]
                 if (c.jumps is None or c.jumps == jumps) and (c.sigma is None or inside(sigma, c.sigma))]  # fmt: skip
         for choice in product(*(_values(i, self.model.scope.types[v] == "real") for v, i in box.items())):
-            spend(len(fits) + 1)
+            spend((len(fits) + 1) * (len(box) + 1))
             if not any(all(inside(i, c.entry[v]) for v, i in zip(box, choice, strict=True)) for c in fits):
                 raise Refused(f"{what} leads to states of mode {mode} that are in no cell")
 
     def _init(self) -> None:
         """Every start lies in a cell."""
-        model, zero = self.model, (Fraction(0), Fraction(0))
-        for line in model.a["init"]:
-            given: Box = {}
-            for r in line["with"]:
-                ends = [model.scope.range(r[x]) for x in (("to", "to") if "to" in r else ("low", "high"))]
-                given[r["var"]] = ends[0][0], ends[1][1]
-            for mode in model.scope.modes:
-                if line["mode"] in (None, mode):
-                    still = model.scope.identity(mode)
-                    where = conj([still.formula(line["where"], closed=True), model.domain(mode)])
-                    start = model.narrow(where, {v: given.get(v, (None, None)) for v in model.scope.types})
-                    if start is None or any(empty(i) for i in start.values()):
-                        continue
-                    for v in model.a["vars"]:
-                        low, high = start[v["name"]]
-                        wide = model.scope.window(v)
-                        start[v["name"]] = wide[0] if low is None else low, wide[1] if high is None else high
-                    self._contained(mode, start, zero, 0, -1, "a start")
+        for line in self.model.a["init"]:
+            for mode in self.model.scope.modes:
+                start = self._start(line, mode) if line["mode"] in (None, mode) else None
+                if start is not None and not any(empty(i) for i in start.values()):
+                    self._contained(mode, start, (Fraction(0), Fraction(0)), 0, -1, "a start")
+
+    def _start(self, line: Json, mode: str) -> Box | None:
+        """A box around what an init line allows; the declared range on sides that nothing bounds."""
+        scope = self.model.scope
+        start: Box = dict.fromkeys(scope.types, (None, None))
+        for r in line["with"]:
+            first, last = (scope.range(r[x], mode) for x in (("to", "to") if "to" in r else ("low", "high")))
+            ends = start[r["var"]] = first[0], last[1]
+            if scope.types[r["var"]] != "real" and any(x is None or x.denominator != 1 for x in ends):
+                raise Beyond(f"{r['var']} may start at a value between two of its type")
+        where = conj([scope.identity(mode).formula(line["where"], closed=True), self.model.domain(mode)])
+        members = where[1:] if not isinstance(where, bool) and where[0] == "and" else (where,)
+        vague = set().union(*(variables(f) for f in members
+                              if isinstance(f, bool) or f[0] == "or" or self.model.bounds(*f) is None))  # fmt: skip
+        box = self.model.narrow(where, start)
+        if box is None:
+            return None
+        for v in self.model.a["vars"]:
+            (low, high), wide, name = box[v["name"]], scope.window(v), v["name"]
+            if v["type"] == "real" and name in vague and (low is None or high is None):
+                raise Beyond(f"starts where {name} is bounded together with others")
+            box[name] = wide[0] if low is None else low, wide[1] if high is None else high
+        return box
 
     def _check(self, i: int) -> None:
         """Nothing leaves cell i except into cells, and nothing in it leaves the declared ranges."""
@@ -351,12 +363,14 @@ class Cells:
             return None, sigma, s
         if not edge["urgent"] and model.certainly(model.guard(k, neg=True), before):
             return None, sigma, s
-        space = {**model.scope.box, **before}
+        space, landed = {**model.scope.box, **before}, model.landing(k).env
         after = dict(before)
         for r in edge["resets"]:
-            ends = [bernstein.bounds(model.scope.identity(c.mode).poly(r[x]), space)
+            ends = [bernstein.bounds(landed[r["var"]] if x == "to" else model.landing(k, x).env[r["var"]], space)
                     for x in (("to", "to") if "to" in r else ("low", "high"))]  # fmt: skip
             after[r["var"]] = ends[0][0], ends[1][1]
+            if model.scope.types[r["var"]] != "real" and not inside(after[r["var"]], model.window(r["var"])):
+                raise Refused(f"edge {edge['name']} may give {r['var']} a value that its type does not have")
         if any(empty(x) for x in after.values()):
             return None, sigma, s
         return model.narrow(model.domain(edge["target"]), after), meet(sigma, (None, self.end)), s
@@ -444,7 +458,8 @@ class Cells:
         if any(self.exits(i, k) for k in model.leaving[c.mode]):
             return True
         unbounded = c.stay[1] is None or (time is not None and self.over(i, time))
-        return unbounded and model.certainly(model.domain(c.mode), self.at(i, c.stay))
+        beyond = None if c.stay[1] is None else c.stay[1] + Fraction(1, 10**9)  # time passes at the last instant too
+        return unbounded and model.certainly(model.domain(c.mode), self.at(i, (Fraction(0), beyond)))
 
     @cached_property
     def by_mode(self) -> dict[str, list[int]]:
@@ -454,18 +469,19 @@ class Cells:
             out[c.mode].append(i)
         return out
 
-
-def placement(cells: Cells, i: int, s: Interval, sets: Box) -> tuple[dict[str, Poly], Box]:
-    """State variables as polynomials of entry and dwell, and the box these vary in; points are no variables."""
-    c = cells.cells[i]
-    box: Box = {**{p: cells.model.scope.box[p] for p in cells.model.scope.params}, **sets}
-    parts: dict[str, Poly] = {}
-    for v, (low, high) in {**c.entry, "s": s, **({"sigma": c.sigma} if c.sigma is not None else {})}.items():
-        parts[v] = const(low) if low is not None and low == high else var(v)
-        if names(parts[v]):
-            box[v] = (low, high)
-    slopes = cells.model.flow(c.mode)[1]
-    env = {v: add(parts[v], scale(parts["s"], slopes[v])) for v in c.entry}
-    if c.sigma is not None:
-        env["sigma"] = add(parts["sigma"], parts["s"])
-    return env, box
+    def place(self, i: int, s: Interval, sets: Box) -> tuple[dict[str, Poly], Box, Powers]:
+        """State variables as polynomials of entry and dwell, and the box these vary in; points are no variables."""
+        key, c, scope = (i, s, tuple(sets.items())), self.cells[i], self.model.scope
+        if key not in self._placed:
+            box: Box = {**{p: scope.box[p] for p in scope.params}, **sets}
+            parts: dict[str, Poly] = {}
+            for v, (low, high) in {**c.entry, "s": s, **({"sigma": c.sigma} if c.sigma is not None else {})}.items():
+                parts[v] = const(low) if low is not None and low == high else var(v)
+                if names(parts[v]):
+                    box[v] = (low, high)
+            slopes = self.model.flow(c.mode)[1]
+            env = {v: add(parts[v], scale(parts["s"], slopes[v])) for v in c.entry}
+            if c.sigma is not None:
+                env["sigma"] = add(parts["sigma"], parts["s"])
+            self._placed[key] = env, box, {}
+        return self._placed[key]

@@ -24,7 +24,8 @@ SHAPES: dict[str, Json] = {
     "spec": {"name": str}, "enums": [{"name": str, "values": [str], "low": (str, type(None))}],
     "constants": [{"name": str, "value": (*EXPR, dict), "half": (str, type(None))}],
     "params": [{"name": str, "low": EXPR, "high": EXPR}], "inputs": [_VALUE], "assumptions": [EXPR],
-    "tables": [dict], "cells": [{"file": str, "row": int, "column": (str, int), "number": str, "constant": str}],
+    "tables": [dict], "systems": [_VALUE],
+    "cells": [{"file": str, "row": int, "column": (str, int), "number": str, "constant": str}],
     "claims": [{"name": str, "on": (str, type(None)), "kind": str, "assume": [EXPR], "which": list, "inductive": bool,
                 "horizon": {"time": MAYBE, "jumps": (int, type(None))},
                 "goals": [{"kind": str, "condition": EXPR, "window": (list, type(None)), "within": MAYBE}]}],
@@ -115,6 +116,11 @@ class Core:
         self.automata, self.claims = by_name(data["automata"], "automata"), by_name(data["claims"], "claims")
         self.order = {name: i for i, name in enumerate(self.constants)}
         by_name(data["params"], "params")
+        by_name(data["systems"] + data["automata"], "systems or automata")
+        for e in data["enums"]:
+            whole = e["low"] is None or number(e["low"]).denominator == 1
+            if not whole or len(set(e["values"])) < len(e["values"]) or e["name"] in ("real", "bool"):
+                raise Unreadable(f"the enumeration {e['name']!a} is none")
         for a in data["automata"]:
             self._check_automaton(a)
         if not all(NAME.fullmatch(n) for n in self.claims):
@@ -130,14 +136,16 @@ class Core:
             raise Unreadable(f"automaton {a['name']!a} refers to a mode or type that it does not have")
         for m in a["modes"]:
             by_name(m["lets"], "lets")
+            if any(set(f) not in ({"var", "rate"}, {"var", "low", "high"}) for f in m["flow"]):
+                raise Unreadable(f"mode {m['name']!a} has a flow line with no rate, or two")
             if sorted(f["var"] for f in m["flow"]) != reals:
                 raise Unreadable(f"mode {m['name']!a} does not have one flow line for each real variable")
         for assigns in [e["resets"] for e in a["edges"]] + [i["with"] for i in a["init"]]:
             targets = [r["var"] for r in assigns]
             if len(set(targets)) < len(targets) or not set(targets) <= set(variables):
                 raise Unreadable(f"a reset of automaton {a['name']!a} assigns twice, or to no variable")
-            if not all(set(r) >= {"to"} or set(r) >= {"low", "high"} for r in assigns):
-                raise Unreadable("a reset gives no value")
+            if any(set(r) not in ({"var", "to"}, {"var", "low", "high"}) for r in assigns):
+                raise Unreadable("a reset gives no value, or two")
 
     def number_of(self, name: str) -> set[Fraction]:
         """The literal values of a constant: of the top level, else of the automata that have it."""

@@ -2,38 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 from hacheck import bernstein
 from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
-from hacheck.rational import (
-    ONE,
-    PI,
-    Beyond,
-    Interval,
-    Poly,
-    Powers,
-    Refused,
-    add,
-    const,
-    constant,
-    derivative,
-    mul,
-    names,  # fmt: skip
-    number,
-    power,
-    scale,
-    substitute,
-    total,
-    var,
-)
+from hacheck.rational import (  # noqa: I001
+    ONE, PI, Beyond, Interval, Poly, Powers, Refused, add, const, constant, derivative, mul, names, number, power,
+    scale, spend, substitute, total, var,
+)  # fmt: skip
 
 Json = Any
 Case = tuple[Formula, Poly, Poly]  # (the case does not apply, numerator, denominator)
 TRUTHS = {"and", "or", "not", "implies", "at", "jump", "jumped", "stuck", *NEGATED}
-RESERVED = {"s", "sigma", "pi"}
+EVENTS = {"jump", "jumped", "pre", "stuck"}
+MANY = (1, 10**6)
+ARITY = {  # the fewest and the most operands
+    **dict.fromkeys(("pi", "time", "jumped", "stuck"), (0, 0)),
+    **dict.fromkeys(("const", "param", "input", "var", "let", "neg", "abs", "not", "at", "jump", "pre", "der"), (1, 1)),
+    **dict.fromkeys(("sym", "-", "/", "^", "implies", *NEGATED), (2, 2)),
+    **dict.fromkeys(("scale", "clamp", "if"), (3, 3)), **dict.fromkeys(("+", "*", "min", "max", "and", "or"), MANY),
+}  # fmt: skip
+
+
+def nodes(value: Json) -> Iterator[list[Json]]:
+    """All lists inside a JSON value that begin with a string, outermost first."""
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, list):
+            if item and isinstance(item[0], str):
+                yield item
+            stack.extend(reversed(item))
+        elif isinstance(item, dict):
+            stack.extend(item.values())
+
+
+def well_formed(value: Json, events: bool) -> None:
+    """Refuse operators with a wrong number of operands, and what just happened where that has no meaning."""
+    for n in nodes(value):
+        least, most = ARITY.get(n[0], (0, 10**6))
+        if not least <= len(n) - 1 <= most:
+            raise Refused(f"`{n[0]:.20}` has a wrong number of operands")
+        inner = n[0] in ("pre", "der") and any(m[0] in EVENTS for m in nodes(n[1:]))
+        if inner or (n[0] in EVENTS and not events):
+            raise Beyond("`pre`, `jump`, `jumped` or `stuck` where nothing has just happened")
 
 
 class Scope:
@@ -41,10 +57,12 @@ class Scope:
 
     def __init__(self, core: Core, automaton: Json, rounding: bool, outer: Scope | None = None) -> None:
         self.core, self.automaton, self.rounding, self.outer = core, automaton, rounding, outer
+        self.rho: Poly | None = None  # the rate all modes share, if they share one
         self.constants = {c["name"]: c for c in automaton["constants"]} if outer else core.constants
         self.box: bernstein.Box = outer.box if outer else {"pi": PI}
-        self._values: dict[str, list[Case] | None] = {}
-        self._lets: dict[str | None, dict[str, Json]] = {}
+        self._values: dict[str, list[Case]] = {}
+        self._lets: dict[str, dict[str, Json]] = {}
+        self._rates: dict[str, dict[str, Poly]] = {}
         self._base, self._identities = Instant(self, None, {}), dict[str, Instant]()
         self.modes = {m["name"]: m for m in automaton["modes"]} if outer else {}
         self.types: dict[str, str] = {v["name"]: v["type"] for v in automaton["vars"]} if outer else {}
@@ -55,9 +73,15 @@ class Scope:
                 raise Refused(f"the range of param {p['name']} is empty, unbounded or given twice")
             self.params[p["name"]] = const(low) if low == high else var(p["name"])
             self.box[p["name"]] = (low, high)
-        if RESERVED & {*self.params, *self.types} or set(self.params) & set(self.types):
+        if outer:
+            self._check_names(core.data["constants"] + automaton["constants"])
+
+    def _check_names(self, constants: list[Json]) -> None:
+        """A name means one thing in a box."""
+        rounded = {c["name"] for c in constants if self.rounding and c["half"] is not None}
+        known = [*self.types, *self.params, *rounded, "s", "sigma", "pi"]
+        if len(set(known)) < len(known) or any("'" in n for n in known):
             raise Beyond("a name has another meaning in certificates")
-        self.rho: Poly | None = None  # the rate all modes share, once it is known to be one
 
     def constant(self, name: str) -> list[Case]:
         """The value of a constant, a box variable where it stands for a rounding box."""
@@ -66,12 +90,8 @@ class Scope:
                 raise Refused(f"there is no constant {name}")
             return self.outer.constant(name)
         if name not in self._values:
-            self._values[name] = None
             self._values[name] = self._define(self.constants[name])
-        found = self._values[name]
-        if found is None:
-            raise Refused(f"the constant {name} depends on itself")
-        return found
+        return self._values[name]
 
     def _define(self, c: Json) -> list[Case]:
         if isinstance(c["value"], dict):
@@ -82,7 +102,7 @@ class Scope:
         middle, half, name = constant(value[0][1]), number(c["half"]), c["name"]
         if middle is None or half < 0 or len(value) > 1 or value[0][2] != ONE:
             raise Beyond(f"the rounding box of {name} is no interval")
-        if name in self.params or name in self.types or name in RESERVED or name in self.box:
+        if name in self.box:
             raise Beyond(f"the name {name} has another meaning in certificates")
         self.box[name] = (middle - half, middle + half)
         return [(False, var(name), ONE)]
@@ -94,9 +114,14 @@ class Scope:
         found = self.constants.get(name)
         return found.get("type") if found else self.outer.type_of(kind, name) if self.outer else None
 
-    def range(self, e: Json) -> Interval:
+    def range(self, e: Json, mode: str | None = None) -> Interval:
         """An enclosure of an expression of constants and params."""
-        return (None, None) if e is None else bernstein.bounds(self._base.poly(e), self.box)
+        return (None, None) if e is None else bernstein.bounds(Instant(self, mode, {}).poly(e), self.box)
+
+    def integral(self, p: Poly) -> bool:
+        """Is it an integer wherever discrete variables are?"""
+        whole = all(c.denominator == 1 for c in p.values())
+        return whole and all(self.types.get(v, "real") != "real" for v in names(p))
 
     def ordinal(self, enum: str, value: str) -> Fraction:
         """The number an enumeration value counts as."""
@@ -121,18 +146,19 @@ class Scope:
 
     def rates(self, mode: str) -> dict[str, Poly]:
         """The flow: a polynomial of params and constants per variable, 0 for discrete ones."""
-        out: dict[str, Poly] = {v: {} for v in self.types}
-        for line in self.modes[mode]["flow"]:
-            if "rate" not in line:
+        if mode not in self._rates:
+            flow, at = self.modes[mode]["flow"], Instant(self, mode, {})
+            if not all("rate" in line for line in flow):
                 raise Beyond("flows that are inclusions")
-            out[line["var"]] = self._base.poly(line["rate"])
-        return out
+            self._rates[mode] = {**{v: {} for v in self.types}, **{f["var"]: at.poly(f["rate"]) for f in flow}}
+        return self._rates[mode]
 
     def let(self, mode: str | None, name: str) -> Json:
         """The definition of a let in a mode."""
+        if mode is None:
+            raise Beyond("a let outside a mode")
         if mode not in self._lets:
-            listed = (self.automaton["lets"], self.modes[mode]["lets"] if mode else []) if self.outer else ()
-            self._lets[mode] = {o["name"]: o for lets in listed for o in lets}
+            self._lets[mode] = {o["name"]: o for o in self.automaton["lets"] + self.modes[mode]["lets"]}
         if name not in self._lets[mode]:
             raise Refused(f"there is no let {name} in mode {mode}")
         return self._lets[mode][name]
@@ -144,7 +170,7 @@ class Instant:
     def __init__(self, scope: Scope, mode: str | None, env: dict[str, Poly], *, time: Poly | None = None,
                  edge: str | None = None, before: Instant | None = None) -> None:  # fmt: skip
         self.scope, self.mode, self.env, self.time, self.edge, self.before = scope, mode, env, time, edge, before
-        self._lets: dict[str, list[Case] | None] = {}
+        self._lets: dict[str, list[Case]] = {}
         self._careful = 0  # > 0 where a division that may be by zero, or a switch, is not understood
         self._powers: Powers = {}
 
@@ -158,29 +184,54 @@ class Instant:
 
     def value(self, e: Json) -> list[Case]:
         """The cases of a number; a truth counts as 0 or 1."""
+        spend(5)
         if isinstance(e, str):
             return [(False, const(number(e)), ONE)]
-        if isinstance(e, bool) or self._is_truth(e):
-            yes, no = self._careful_formula(e, False), self._careful_formula(e, True)
-            return [c for c in ((no, ONE, ONE), (yes, {}, ONE)) if c[0] is not True]
+        if isinstance(e, bool):
+            return [(False, const(e), ONE)]
         op, args = _node(e)
         if op in _LEAVES:
             return self._leaf(op, args)
-        if op in ("+", "-", "neg", "*", "/", "^", "scale"):
-            return self._arithmetic(op, args)
         if op == "pre":
             return (self.before or self).value(args[0])
+        if self._is_truth(e):
+            return self._truth(e)
+        if op in ("+", "-", "neg", "*", "/", "^", "scale"):
+            return self._arithmetic(op, args)
         if op == "der":
             return [(False, *self._slope(args[0]))]
         return self._switch(op, args)
+
+    def _truth(self, e: Json) -> list[Case]:
+        bit = self._bit(e)
+        if bit is not None:
+            return [(False, bit, ONE)]
+        yes, no = self._careful_formula(e, False), self._careful_formula(e, True)
+        return [c for c in ((no, ONE, ONE), (yes, {}, ONE)) if c[0] is not True]
+
+    def _bit(self, e: Json) -> Poly | None:
+        """A truth made of truth variables, as a polynomial in them; None for others."""
+        op, args = _node(e) if isinstance(e, list) else ("", [])
+        if not op or op in ("var", "const"):
+            return self.poly(e)
+        bits = [self._bit(a) for a in args] if op in ("not", "and", "or") else [None]
+        known = [b if op == "and" else add(ONE, b, -1) for b in bits if b is not None]
+        if len(known) < len(bits):
+            return None
+        out = ONE
+        for b in known:
+            out = mul(out, b)
+        return add(ONE, out, -1) if op == "or" else out
 
     def _leaf(self, op: str, args: list[Json]) -> list[Case]:
         if op == "const":
             return self.scope.constant(args[0])
         if op == "let":
             return self._let(args[0])
-        if op == "time" and (self.time is not None or self.scope.rho is not None):
-            return [(False, self.time, ONE) if self.time is not None else (False, var("sigma"), self.scope.rho or ONE)]
+        if op == "time" and self.time is not None:
+            return [(False, self.time, ONE)]
+        if op == "time" and self.mode is not None and self.scope.rho is not None:
+            return [(False, var("sigma"), self.scope.rho)]
         known = self.env if op == "var" or (args[:1] and args[0] in self.env) else self.scope.params
         if op in ("var", "param") and args[0] in known:
             return [(False, known[args[0]], ONE)]
@@ -190,12 +241,8 @@ class Instant:
 
     def _let(self, name: str) -> list[Case]:
         if name not in self._lets:
-            self._lets[name] = None
             self._lets[name] = self.value(self.scope.let(self.mode, name)["expr"])
-        found = self._lets[name]
-        if found is None:
-            raise Refused(f"the let {name} depends on itself")
-        return found
+        return self._lets[name]
 
     def _arithmetic(self, op: str, args: list[Json]) -> list[Case]:
         if op == "neg":
@@ -207,15 +254,12 @@ class Instant:
         out = self.value(args[0])
         if op == "^":
             k = constant(self.poly(args[1]))
-            if k is None or k.denominator != 1:
-                raise Beyond("powers with other exponents than integers")
+            if k is None or k.denominator != 1 or (k <= 0 and any(names(d) for _, _, d in out)):
+                raise Beyond("powers with other exponents than integers, or of quotients")
             raised = [(no, power(n, abs(int(k))), power(d, abs(int(k)))) for no, n, d in out]
             return raised if k >= 0 else [(no, d, n) for no, n, d in raised]
         for e in args[1:]:
-            out = [_combine(op, a, b) for a in out for b in self.value(e)]
-            out = [c for c in out if c[0] is not True]
-            if len(out) > 64:
-                raise Beyond("an expression has too many cases")
+            out = _few(_combine(op, a, b) for a, b in product(out, self.value(e)))
         return out
 
     def _switch(self, op: str, args: list[Json]) -> list[Case]:
@@ -223,20 +267,30 @@ class Instant:
             no, yes = self._careful_formula(args[0], True), self._careful_formula(args[0], False)
             if self._careful and not isinstance(yes, bool):
                 raise Beyond("`if` in a domain, a guard or a condition")
-            return _either(no, args[1], yes, args[2], self)
+            return _few((disj([m, n]), *v) for m, e in ((no, args[1]), (yes, args[2])) if m is not True
+                        for n, *v in self.value(e))  # fmt: skip
         if op == "abs":
-            below = self._careful_formula(["<", args[0], "0"], False)
-            return _either(below, args[0], self._careful_formula([">=", args[0], "0"], False), ["neg", args[0]], self)
+            return _few(c for no, n, d in self.value(args[0]) for c in self._greater((no, n, d), (no, scale(n, -1), d)))
         if op == "clamp":
             return self.value(["min", ["max", args[0], args[1]], args[2]])
-        if op in ("min", "max"):
-            a, b = args[0], [op, *args[1:]] if len(args) > 2 else args[-1]
-            if len(args) < 2:
-                return self.value(a)
-            worse = ">" if op == "min" else "<"
-            no, yes = self._careful_formula([worse, a, b], False), self._careful_formula([worse, a, b], True)
-            return _either(no, a, yes, b, self)
-        raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
+        if op not in ("min", "max"):
+            raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
+        out = self.value(args[0])
+        for e in args[1:]:
+            pairs = product(out, self.value(e))
+            out = _few(c for a, b in pairs for c in (self._greater(a, b) if op == "max" else self._greater(b, a, True)))
+        return out
+
+    def _greater(self, a: Case, b: Case, least: bool = False) -> list[Case]:
+        """The cases of the greater of two, or of the least."""
+        no, n, d = _combine("-", a, b)
+        self._careful += 1
+        try:
+            below, above = self._literal("<", n, d), self._literal(">=", n, d)
+        finally:
+            self._careful -= 1
+        first, second = (b, a) if least else (a, b)
+        return [(disj([no, below]), *first[1:]), (disj([no, above]), *second[1:])]
 
     def _slope(self, e: Json) -> tuple[Poly, Poly]:
         if self.mode is None:
@@ -251,14 +305,14 @@ class Instant:
         return substitute(slope, self.env, self._powers), cases[0][2]
 
     def _is_truth(self, e: Json) -> bool:
-        op, args = _node(e) if isinstance(e, list) else ("", [e])
+        if not isinstance(e, list):
+            return isinstance(e, bool)
+        op, args = _node(e)
         if op in ("if", "pre"):
-            return self._is_truth(args[-1])
+            return (self if op == "if" else self.before or self)._is_truth(args[-1])
         if op in ("var", "const"):
             return self.scope.type_of(op, args[0]) == "bool"
-        if op == "let":
-            return bool(self.scope.let(self.mode, args[0])["type"] == "bool")
-        return op in TRUTHS or (isinstance(args[0] if args else 0, bool) and not op)
+        return op in TRUTHS or (op == "let" and self.scope.let(self.mode, args[0])["type"] == "bool")
 
     def _careful_formula(self, e: Json, neg: bool) -> Formula:
         self._careful += 1
@@ -269,6 +323,7 @@ class Instant:
 
     def formula(self, e: Json, neg: bool = False, closed: bool = False, outer: bool = False) -> Formula:
         """`e`, negated if `neg`, then read as a closed set if `closed`, then negated again if `outer`."""
+        spend(5)
         how, flip = (neg, closed, outer), neg is not outer
         if isinstance(e, bool):
             return e is not flip
@@ -283,7 +338,7 @@ class Instant:
             return self._choice(args, how)
         if op in NEGATED:
             return self._compare(op, args, how)
-        if op in ("at", "jump", "jumped"):
+        if op in ("at", "jump", "jumped") and self.mode is not None:
             now = args[0] == (self.mode if op == "at" else self.edge) if args else self.edge is not None
             return now is not flip
         if op == "pre":
@@ -339,10 +394,12 @@ def _node(e: Json) -> tuple[str, list[Json]]:
     return e[0], e[1:]
 
 
-def _either(no: Formula, a: Json, yes: Formula, b: Json, at: Instant) -> list[Case]:
-    """a except where `no`, b except where `yes`; a branch that never applies is not evaluated."""
-    first = [] if no is True else [(disj([no, m]), n, d) for m, n, d in at.value(a)]
-    return first + ([] if yes is True else [(disj([yes, m]), n, d) for m, n, d in at.value(b)])
+def _few(cases: Iterable[Case]) -> list[Case]:
+    """The cases that may apply."""
+    out = [c for c in cases if c[0] is not True]
+    if len(out) > 64:
+        raise Beyond("an expression has too many cases")
+    return out
 
 
 def _combine(op: str, a: Case, b: Case) -> Case:
@@ -350,6 +407,8 @@ def _combine(op: str, a: Case, b: Case) -> Case:
     if op == "*":
         return no, mul(a[1], b[1]), mul(a[2], b[2])
     if op == "/":
+        if names(b[2]):
+            raise Beyond("a division by a quotient")
         return no, mul(a[1], b[2]), mul(a[2], b[1])
     sign = 1 if op == "+" else -1
     if a[2] == b[2]:

@@ -10,34 +10,20 @@ from fractions import Fraction
 from typing import Any
 
 from hacheck import bernstein
-from hacheck.cells import Box, Cells, Model, placement
+from hacheck.cells import Box, Cells, Model
 from hacheck.core import Core
-from hacheck.expressions import Instant, Scope
+from hacheck.expressions import EVENTS, Instant, Scope, nodes, well_formed
 from hacheck.formula import NEGATED, Formula, conj, disj, replace, variables
 from hacheck.rational import Beyond, Interval, Poly, Powers, Refused, constant, spend, substitute
 from hacheck.replay import Walk
 
 Json = Any
-JUMPY = {"jump", "jumped", "pre"}
 
 
 def canonical_hash(value: Json) -> str:
     """SHA-256 of the canonical JSON of a value."""
     text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def nodes(value: Json) -> Iterator[list[Json]]:
-    """All lists inside a JSON value that begin with a string, outermost first."""
-    stack = [value]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, list):
-            if item and isinstance(item[0], str):
-                yield item
-            stack.extend(reversed(item))
-        elif isinstance(item, dict):
-            stack.extend(item.values())
 
 
 def mentioned(core: Core, value: Json, hidden: set[str]) -> list[Json]:
@@ -128,7 +114,7 @@ def parts(automaton: Json, condition: Json) -> Iterator[Part]:
         for output, cs in groups.items():
             if any(fold(c, m["name"], None) is not True for c in cs):
                 yield Part("dwell", m["name"], output, m["name"], tuple(cs))
-    jumpy = {o: cs for o, cs in groups.items() if any(n[0] in JUMPY for n in nodes(cs))}
+    jumpy = {o: cs for o, cs in groups.items() if any(n[0] in EVENTS for n in nodes(cs))}
     ends = [(e["source"], e["target"]) for e in automaton["edges"]] if jumpy else []
     for k, (source, target) in enumerate(ends):
         edge = automaton["edges"][k]
@@ -143,6 +129,7 @@ class Setting:
 
     def __init__(self, core: Core, automaton: Json, rounding: bool, load: Callable[[str], Json]) -> None:
         self.core, self.a, self.load = core, automaton, load
+        well_formed([automaton, *(core.data[k] for k in ("constants", "params", "assumptions"))], False)
         self.model = Model(Scope(core, automaton, rounding, Scope(core, automaton, rounding)))
         hidden = {c["name"] for c in automaton["constants"]}
         data = core.data
@@ -151,7 +138,6 @@ class Setting:
             {"automaton": automaton, "constants": mentioned(core, automaton, hidden), **shared})  # fmt: skip
         self.own = hidden & set(core.constants)
         self._cells: dict[str, Cells | Refused] = {}
-        self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
         self._starts: set[str] = set()
 
     def cells(self, name: Json) -> Cells:
@@ -165,7 +151,6 @@ class Setting:
         found = self._cells[key]
         if isinstance(found, Refused):
             raise found
-        self.model.scope.rho = found.rho
         return found
 
     def start(self, start: Json, assume: list[Json]) -> None:
@@ -176,13 +161,6 @@ class Setting:
                 raise Refused("a certificate names no start")
             Walk(self.model, {**start, "steps": [], "last": "0"}, assume)
             self._starts.add(key)
-
-    def place(self, cells: Cells, i: int, s: Any, sets: Box) -> tuple[dict[str, Poly], Box, Powers]:
-        """A placement, remembered."""
-        key = (id(cells), i, s, tuple(sets.items()))
-        if key not in self._placed:
-            self._placed[key] = (*placement(cells, i, s, sets), {})
-        return self._placed[key]
 
 
 class Question:
@@ -198,6 +176,10 @@ class Question:
         limits = [self._time(e) for e in (claim["horizon"]["time"], goal["within"], *window[1:]) if e is not None]
         self.limit = min(limits) if limits else None
         self.jumps = claim["horizon"]["jumps"]
+        if self.limit is not None and self.limit < max(0, self.after or 0):
+            raise Refused("the claim speaks of no instant")
+        well_formed([claim["assume"], claim["horizon"], goal["window"], goal["within"]], False)
+        well_formed(goal["condition"], True)
         about = {"goal": goal, "horizon": claim["horizon"], "assume": claim["assume"]}
         if any(n[0] == "const" and len(n) == 2 and n[1] in setting.own for n in nodes(about)):
             raise Beyond("a constant of the claim that the automaton has too")
@@ -224,11 +206,12 @@ class Question:
             return self._cells(entry)
         if kind == "inevitable" and self.goal["kind"] == "reach":
             self._inevitable(entry)
-            return "proved", []
+            return "proved", [("", "", "proved")]
         if kind == "run" and self.goal["kind"] in ("reach", "can_reach"):
             met = self.goal["kind"] == "can_reach"
             (self._witness if met else self._missed)(entry.get("run"))
-            return ("proved" if met else "refuted"), []
+            verdict = "proved" if met else "refuted"
+            return verdict, [("", "", verdict)]
         raise Beyond(f"a goal `{self.goal['kind']}` shown in this way")
 
     def _cells(self, entry: Json) -> tuple[str | None, list[tuple[str, str, str]]]:
@@ -304,7 +287,7 @@ class Question:
                 after, _, s = cells.outcome(i, part.place, cells.cells[i].stay)
                 if after is not None and not (cells.jumps is not None and cells.cells[i].jumps == cells.jumps):
                     boxes.append((i, s, {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}))
-            claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in JUMPY for n in nodes(c)))
+            claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in EVENTS for n in nodes(c)))
             before = self.model.scope.identity(edge["source"])
             domain = self.model.scope.modes[edge["source"]]["domain"]
             excuses = [before.formula(edge["guard"], closed=edge["urgent"], outer=True),
@@ -313,7 +296,7 @@ class Question:
             raise Refused(f"the part {part.where} {part.output} concerns {len(boxes)} cells, its proof another number")
         f = disj([claimed, *excuses, *self._outside(cells, at)])
         for tree, (i, s, sets) in zip(proof, boxes, strict=True):
-            self._tree(tree, f, self.setting.place(cells, i, s, sets))
+            self._tree(tree, f, cells.place(i, s, sets))
 
     def _tree(self, tree: Json, f: Formula, placed: tuple[dict[str, Poly], Box, Powers]) -> None:
         env, box, powers = placed
@@ -351,11 +334,13 @@ class Question:
                 continue
             if self.model.scope.modes[c.mode]["terminal"] and c.meet > 0:
                 raise Refused(f"a run may end in the terminal mode {c.mode} before it meets the goal")
+            if any(n[0] in EVENTS for n in nodes(self.goal["condition"])):
+                raise Beyond("a goal about a jump, met during a dwell")
             at = self.model.scope.identity(c.mode)
             assumed = [at.formula(a, True) for a in self.assume]
             met = conj([at.formula(self.goal["condition"]), at.formula(["<=", ["time"], str(self.limit)])])
-            self._tree("b", disj([met, *assumed]), self.setting.place(cells, i, (c.meet, c.meet), {}))
-            self._tree("b", self.model.domain(c.mode), self.setting.place(cells, i, (Fraction(0), c.meet), {}))
+            self._tree("b", disj([met, *assumed]), cells.place(i, (c.meet, c.meet), {}))
+            self._tree("b", self.model.domain(c.mode), cells.place(i, (Fraction(0), c.meet), {}))
 
     def _landed(self, cells: Cells, i: int, k: int, s: Interval, after: Box) -> bool:
         """Does the goal hold in time where edge k leads to from cell i, whatever the outcome?"""
@@ -366,7 +351,7 @@ class Question:
         sets = {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}
         try:
             excuses = (at.formula(a, True) for a in self.assume)
-            self._tree("b", disj([met, *excuses]), self.setting.place(cells, i, s, sets))
+            self._tree("b", disj([met, *excuses]), cells.place(i, s, sets))
         except Refused:
             return False
         return True

@@ -134,8 +134,11 @@ def mul(p: Poly, q: Poly) -> Poly:
 
 def power(p: Poly, n: int) -> Poly:
     """`p ** n` for n >= 0, by multiplication from the left."""
-    if n > MAX_DEGREE and not (constant(p) is not None and _bits(p) * n < MAX_BITS):
+    q = constant(p)
+    if n > MAX_DEGREE and (q is None or n * (_bits(p) + 1) > MAX_BITS):
         raise Beyond("an exponent is too large")
+    if q is not None:
+        return const(q**n)
     out = ONE
     for _ in range(n):
         out = mul(out, p)

@@ -10,7 +10,7 @@ from typing import Any
 from hacheck import bernstein, sturm
 from hacheck.cells import Model
 from hacheck.expressions import Instant
-from hacheck.formula import Formula, conj, disj, variables
+from hacheck.formula import Formula, conj, disj, literal, variables
 from hacheck.rational import Poly, Refused, add, const, constant, mul, number, substitute, var
 
 Json = Any
@@ -26,6 +26,10 @@ class End:
     time: Fraction
     jumps: int
     edge: int | None
+
+
+def _compared(op: str, a: Poly, b: Poly) -> Formula:
+    return literal(op, add(a, b, -1))
 
 
 class Walk:
@@ -73,11 +77,14 @@ class Walk:
         scope = self.model.scope
         if not isinstance(given, dict) or set(given) != set(scope.params):
             raise Refused("a run does not give every param a value")
-        for p, q in given.items():
-            low, high = scope.box[p]
-            if low is None or high is None or not low <= number(q) <= high:
-                raise Refused(f"a run gives the param {p} a value outside its range")
-        return {p: const(number(q)) for p, q in given.items()}
+        params = {p: const(number(q)) for p, q in given.items()}
+        for of, listed in ((scope.outer, scope.core.data["params"]), (scope, scope.automaton["params"])):
+            at = Instant(of or scope, None, params)
+            for p in listed:
+                ends = [at.formula([op, p[end], given[p["name"]]]) for op, end in (("<=", "low"), (">=", "high"))]
+                if not self.surely(conj(ends)):
+                    raise Refused(f"a run gives the param {p['name']} a value outside its range")
+        return params
 
     def instant(self, values: dict[str, Poly], clock: Poly | None = None) -> Instant:
         """Dwelling in the current mode."""
@@ -93,26 +100,19 @@ class Walk:
         self._typed(state)
         at = Instant(scope, mode, {**self.params, **state}, time={})
         self.need(self._domain(at), "the start is outside the domain")
+        self.need(self._declared(at), "the start is outside a declared range")
         if not any(self._allows(line, mode, at, state) for line in scope.automaton["init"]):
             raise Refused("a run does not start in an admissible state")
         return state
 
     def _allows(self, line: Json, mode: str, at: Instant, state: dict[str, Poly]) -> bool:
-        """S5: the start satisfies an init line, and the declared range where nothing else bounds it."""
+        """S5: the start satisfies an init line."""
         if line["mode"] not in (None, mode):
             return False
         parts = [at.formula(line["where"])]
-        given = {r["var"] for r in line["with"]}
         for r in line["with"]:
             pairs = [("==", r["to"])] if "to" in r else [(">=", r["low"]), ("<=", r["high"])]
-            parts += [at.formula([op, ["var", r["var"]], e]) for op, e in pairs]
-        still = self.model.scope.identity(mode)
-        bounds = conj([still.formula(line["where"], closed=True), self.model.domain(mode)])
-        box = self.model.narrow(bounds, dict.fromkeys(state, (None, None))) or {}
-        for v in self.model.a["vars"]:
-            if v["name"] not in given and None in box.get(v["name"], (None, None)):
-                ends = [(">=", v["low"]), ("<=", v["high"])]
-                parts += [at.formula([op, ["var", v["name"]], e]) for op, e in ends if e is not None]
+            parts += [_compared(op, state[r["var"]], at.poly(e)) for op, e in pairs]
         return self.surely(conj(parts))
 
     def _typed(self, values: dict[str, Poly]) -> None:
@@ -122,6 +122,11 @@ class Walk:
                 x, (low, high) = constant(values[v["name"]]), self.model.scope.window(v)
                 if x is None or x.denominator != 1 or low is None or high is None or not low <= x <= high:
                     raise Refused(f"{v['name']} gets a value that its type does not have")
+
+    def _declared(self, at: Instant) -> Formula:
+        """The declared ranges, which a run may not leave (S4)."""
+        return conj(at.formula([op, ["var", v["name"]], v[end]]) for v in self.model.a["vars"] if v["type"] == "real"
+                    for op, end in ((">=", "low"), ("<=", "high")) if v[end] is not None)  # fmt: skip
 
     def _domain(self, at: Instant) -> Formula:
         return at.formula(self.model.scope.modes[str(at.mode)]["domain"], closed=True)
@@ -139,6 +144,7 @@ class Walk:
         at = self._soon()
         if d > 0:
             self.need(self._domain(at), "it leaves the domain", d)
+            self.need(self._declared(at), "it leaves a declared range", d)
             self.need(self._assumed(at), "an assumption fails", d)
             for k in self.model.leaving[self.mode]:
                 if self.model.a["edges"][k]["urgent"]:
@@ -179,12 +185,13 @@ class Walk:
         chosen = {v: const(number(q)) for v, q in values.items()}
         landed = self.landing(k, at, chosen)
         for r in sets:
-            for op, e in (("<=", r["low"]), (">=", r["high"])):
-                self.need(at.formula([op, e, str(constant(chosen[r["var"]]))]), "a chosen value is not a possible one")
+            ends = [_compared(op, at.poly(r[end]), chosen[r["var"]]) for op, end in (("<=", "low"), (">=", "high"))]
+            self.need(conj(ends), "a chosen value is not a possible one")
         state = {v: landed.env[v] for v in self.values}
         self._typed(state)
         self.mode, self.values, self.edge = edge["target"], state, k
         self.need(self._domain(landed), "an outcome is outside the target's domain")
+        self.need(self._declared(landed), "an outcome is outside a declared range")
         self.need(self._assumed(landed), "an assumption fails after a jump")
         if self.watch:
             self.watch(landed, ZERO, self.time)
