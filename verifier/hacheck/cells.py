@@ -13,9 +13,22 @@ from typing import Any
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
 from hacheck.formula import Formula, conj, literals, variables
-from hacheck.rational import (  # noqa: I001
-    ONE, Beyond, Interval, Poly, Powers, Refused, add, const, constant, names, number, scale, spend, var,
-)  # fmt: skip
+from hacheck.rational import (
+    ONE,
+    Beyond,
+    Interval,
+    Poly,
+    Powers,
+    Refused,
+    add,
+    const,
+    constant,
+    names,
+    number,
+    scale,
+    spend,
+    var,
+)
 
 Json = Any
 Box = dict[str, Interval]
@@ -66,6 +79,7 @@ class Model:
         self._flows: dict[str, tuple[Poly, dict[str, Fraction]]] = {}
         self._domains: dict[str, Formula] = {}
         self._landings: dict[tuple[int, str], Instant] = {}
+        self._guards: dict[tuple[int, bool, bool], Formula] = {}
         try:
             rhos = [self.flow(m)[0] for m in scope.modes]
             scope.rho = rhos[0] if all(r == rhos[0] for r in rhos) else None
@@ -112,19 +126,21 @@ class Model:
 
     def guard(self, k: int, neg: bool = False, closed: bool = False) -> Formula:
         """The guard of an edge at the state before it, exact or closed."""
-        edge = self.a["edges"][k]
-        return self.scope.identity(edge["source"]).formula(edge["guard"], neg, closed)
+        if (k, neg, closed) not in self._guards:
+            edge = self.a["edges"][k]
+            self._guards[k, neg, closed] = self.scope.identity(edge["source"]).formula(edge["guard"], neg, closed)
+        return self._guards[k, neg, closed]
 
     def bounds(self, op: str, p: Poly, over: Collection[str] | None = None) -> list[Bound] | None:
         """A literal as bounds on one variable: `a v + r op 0`, a rational, r without other variables of the state."""
         found = sorted(names(p) & set(self.scope.types if over is None else over))
         if len(found) != 1 or op == "!=" or "sigma" in names(p):
             return None
-        a = p.get(((found[0], 1),), Fraction(0))
-        rest = add(p, scale(var(found[0]), a), -1)
-        if not a or found[0] in names(rest):
+        only = ((found[0], 1),)
+        if only not in p or any(v == found[0] for m in p if m != only for v, _ in m):
             return None
-        low, high = bernstein.bounds(scale(rest, -1 / a), self.scope.box)
+        a = p[only]
+        low, high = bernstein.bounds({m: -c / a for m, c in p.items() if m != only}, self.scope.box)
         if low is None or high is None:
             return None
         return [(found[0], up, op == "<", low, high) for up in ((True, False) if op == "==" else (a > 0,))]

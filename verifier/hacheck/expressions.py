@@ -10,10 +10,28 @@ from typing import Any
 from hacheck import bernstein
 from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
-from hacheck.rational import (  # noqa: I001
-    ONE, PI, Beyond, Interval, Poly, Powers, Refused, add, const, constant, derivative, mul, names, number, power,
-    scale, spend, substitute, total, var,
-)  # fmt: skip
+from hacheck.rational import (
+    ONE,
+    PI,
+    Beyond,
+    Interval,
+    Poly,
+    Powers,
+    Refused,
+    add,
+    const,
+    constant,
+    derivative,
+    mul,
+    names,
+    number,
+    power,
+    scale,
+    spend,
+    substitute,
+    total,
+    var,
+)
 
 Json = Any
 Case = tuple[Formula, Poly, Poly]  # (the case does not apply, numerator, denominator)
@@ -329,7 +347,7 @@ class Instant:
             return e is not flip
         op, args = _node(e)
         if op in ("and", "or"):
-            return (conj if (op == "and") is not flip else disj)([self.formula(a, *how) for a in args])
+            return (conj if (op == "and") is not flip else disj)(self.formula(a, *how) for a in args)
         if op == "not":
             return self.formula(args[0], not neg, closed, outer)
         if op == "implies":

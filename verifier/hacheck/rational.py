@@ -63,7 +63,7 @@ def number(text: object) -> Fraction:
 
 def const(q: Fraction | int) -> Poly:
     """The constant polynomial."""
-    return {(): Fraction(q)} if q else {}
+    return {(): q if isinstance(q, Fraction) else Fraction(q)} if q else {}
 
 
 def var(name: str) -> Poly:
@@ -85,26 +85,24 @@ def names(p: Poly) -> set[str]:
 
 
 def _bits(p: Poly) -> int:
-    return max((c.numerator.bit_length() + c.denominator.bit_length() for c in p.values()), default=0)
-
-
-def _weigh(p: Poly, q: Poly, steps: int) -> None:
-    bits = _bits(p) + _bits(q)
-    if bits > MAX_BITS:
-        raise Beyond("numbers grow beyond what the checker allows")
-    spend(steps + (steps * bits * bits >> 20))
+    return max([c.numerator.bit_length() + c.denominator.bit_length() for c in p.values()], default=0)
 
 
 def add(p: Poly, q: Poly, sign: int = 1) -> Poly:
     """`p + sign * q` for a sign of 1 or -1."""
-    _weigh(p, q, len(q) + 1)
+    spend(len(q) + 1)
     out = dict(p)
     for m, c in q.items():
-        total = out.get(m, 0) + (c if sign > 0 else -c)
-        if total:
-            out[m] = Fraction(total)
+        if m in out:
+            total = out.pop(m) + (c if sign > 0 else -c)
+            bits = total.denominator.bit_length()
+            spend(bits * bits >> 20)
+            if bits > MAX_BITS:
+                raise Beyond("numbers grow beyond what the checker allows")
+            if total:
+                out[m] = total
         else:
-            out.pop(m, None)
+            out[m] = c if sign > 0 else -c
     return out
 
 
@@ -123,7 +121,10 @@ def mul(p: Poly, q: Poly) -> Poly:
     """The product."""
     if p == ONE or q == ONE:
         return q if p == ONE else p
-    _weigh(p, q, len(p) * len(q) + 1)
+    bits, steps = _bits(p) + _bits(q), len(p) * len(q) + 1
+    spend(steps + (steps * bits * bits >> 20))
+    if bits > MAX_BITS:
+        raise Beyond("numbers grow beyond what the checker allows")
     out: Poly = {}
     for m, a in p.items():
         for n, b in q.items():
@@ -147,7 +148,7 @@ def power(p: Poly, n: int) -> Poly:
 
 def scale(p: Poly, q: Fraction | int) -> Poly:
     """`q * p`."""
-    return mul(p, const(q))
+    return {m: -c for m, c in p.items()} if q == -1 else mul(p, const(q))
 
 
 def total(terms: Iterable[Poly]) -> Poly:
@@ -180,8 +181,9 @@ def substitute(p: Poly, env: dict[str, Poly], powers: Powers) -> Poly:
     """`p` with variables replaced at once; `powers` remembers the powers of this `env`."""
     out: Poly = {}
     for m, c in p.items():
-        term: Poly = {tuple(x for x in m if x[0] not in env): c}
-        for v, k in m:
+        rest = tuple([x for x in m if x[0] not in env])
+        term: Poly = {rest: c}
+        for v, k in m if len(rest) < len(m) else ():
             if v in env:
                 if (v, k) not in powers:
                     powers[v, k] = power(env[v], k)
