@@ -188,7 +188,7 @@ class Instant:
     def __init__(self, scope: Scope, mode: str | None, env: dict[str, Poly], *, time: Poly | None = None,
                  edge: str | None = None, before: Instant | None = None) -> None:  # fmt: skip
         self.scope, self.mode, self.env, self.time, self.edge, self.before = scope, mode, env, time, edge, before
-        self._lets: dict[str, list[Case]] = {}
+        self._lets: dict[tuple[str, bool], list[Case]] = {}
         self._careful = 0  # > 0 where a division that may be by zero, or a switch, is not understood
         self._powers: Powers = {}
 
@@ -224,8 +224,8 @@ class Instant:
         bit = self._bit(e)
         if bit is not None:
             return [(False, bit, ONE)]
-        yes, no = self._careful_formula(e, False), self._careful_formula(e, True)
-        return [c for c in ((no, ONE, ONE), (yes, {}, ONE)) if c[0] is not True]
+        no, yes = self._sides(e)
+        return _few([(no, ONE, ONE), (yes, {}, ONE)])
 
     def _bit(self, e: Json) -> Poly | None:
         """A truth made of truth variables, as a polynomial in them; None for others."""
@@ -258,9 +258,10 @@ class Instant:
         raise Beyond("the time is not tracked" if op == "time" else f"there is no {op} {args[0]!a} here")
 
     def _let(self, name: str) -> list[Case]:
-        if name not in self._lets:
-            self._lets[name] = self.value(self.scope.let(self.mode, name)["expr"])
-        return self._lets[name]
+        key = name, self._careful > 0
+        if key not in self._lets:
+            self._lets[key] = self.value(self.scope.let(self.mode, name)["expr"])
+        return self._lets[key]
 
     def _arithmetic(self, op: str, args: list[Json]) -> list[Case]:
         if op == "neg":
@@ -282,9 +283,7 @@ class Instant:
 
     def _switch(self, op: str, args: list[Json]) -> list[Case]:
         if op == "if":
-            no, yes = self._careful_formula(args[0], True), self._careful_formula(args[0], False)
-            if self._careful and not isinstance(yes, bool):
-                raise Beyond("`if` in a domain, a guard or a condition")
+            no, yes = self._switched(args[0], self._careful > 0)
             return _few((disj([m, n]), *v) for m, e in ((no, args[1]), (yes, args[2])) if m is not True
                         for n, *v in self.value(e))  # fmt: skip
         if op == "abs":
@@ -332,12 +331,19 @@ class Instant:
             return self.scope.type_of(op, args[0]) == "bool"
         return op in TRUTHS or (op == "let" and self.scope.let(self.mode, args[0])["type"] == "bool")
 
-    def _careful_formula(self, e: Json, neg: bool) -> Formula:
+    def _sides(self, e: Json) -> tuple[Formula, Formula]:
+        """Where a truth does not hold, and where it does."""
         self._careful += 1
         try:
-            return self.formula(e, neg)
+            return self.formula(e, True), self.formula(e)
         finally:
             self._careful -= 1
+
+    def _switched(self, e: Json, careful: bool) -> tuple[Formula, Formula]:
+        no, yes = self._sides(e)
+        if careful and not isinstance(yes, bool):
+            raise Beyond("`if` in a domain, a guard or a condition")
+        return no, yes
 
     def formula(self, e: Json, neg: bool = False, closed: bool = False, outer: bool = False) -> Formula:
         """`e`, negated if `neg`, then read as a closed set if `closed`, then negated again if `outer`."""
@@ -368,9 +374,7 @@ class Instant:
         raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
 
     def _choice(self, args: list[Json], how: tuple[bool, bool, bool]) -> Formula:
-        no, yes = self._careful_formula(args[0], True), self._careful_formula(args[0], False)
-        if (how[1] or self._careful) and not isinstance(yes, bool):
-            raise Beyond("`if` in a domain, a guard or a condition")
+        no, yes = self._switched(args[0], how[1] or self._careful > 0)
         return conj([disj([no, self.formula(args[1], *how)]), disj([yes, self.formula(args[2], *how)])])
 
     def _compare(self, op: str, args: list[Json], how: tuple[bool, bool, bool]) -> Formula:

@@ -176,7 +176,7 @@ class Question:
         limits = [self._time(e) for e in (claim["horizon"]["time"], goal["within"], *window[1:]) if e is not None]
         self.limit = min(limits) if limits else None
         self.jumps = claim["horizon"]["jumps"]
-        if self.limit is not None and self.limit < max(0, self.after or 0):
+        if (self.limit is not None and self.limit < max(0, self.after or 0)) or (self.jumps or 0) < 0:
             raise Refused("the claim speaks of no instant")
         well_formed([claim["assume"], claim["horizon"], goal["window"], goal["within"]], False)
         well_formed(goal["condition"], True)
@@ -357,10 +357,9 @@ class Question:
         return True
 
     def _in_time(self, walk: Walk) -> None:
-        end = walk.end
-        if (self.limit is not None and end.time > self.limit) or (self.after is not None and end.time < self.after):
+        if (self.limit is not None and walk.time > self.limit) or (self.after is not None and walk.time < self.after):
             raise Refused("a run ends at an instant that the claim does not speak of")
-        late = self.jumps is not None and (end.jumps, end.edge is None and end.jumps > 0) > (self.jumps, False)
+        late = self.jumps is not None and (walk.jumps, walk.edge is None and walk.jumps > 0) > (self.jumps, False)
         if late and self.limit is None:  # beside a time, K jumps only limit the analysis (S24)
             raise Refused("a run makes more jumps than the claim speaks of")
 
@@ -372,9 +371,9 @@ class Question:
             if not (walk.mode == part.place and walk.stuck()):
                 raise Refused("a run is not stuck at its end")
             return
-        if (walk.mode if part.kind == "dwell" else walk.end.edge) != part.place:
+        if (walk.mode if part.kind == "dwell" else walk.edge) != part.place:
             raise Refused("a run ends elsewhere than its part says")
-        wrong = disj(walk.end.instant.formula(c, True) for c in part.conjuncts)
+        wrong = disj(walk.last.formula(c, True) for c in part.conjuncts)
         if not walk.surely(wrong):
             raise Refused("a run does not violate the claim at its end")
 
@@ -382,7 +381,7 @@ class Question:
         walk = Walk(self.model, run, self.assume)
         self._in_time(walk)
         stuck = self.goal["condition"] == ["stuck"]
-        if not (walk.stuck() if stuck else walk.surely(walk.end.instant.formula(self.goal["condition"]))):
+        if not (walk.stuck() if stuck else walk.surely(walk.last.formula(self.goal["condition"]))):
             raise Refused("a run does not meet the goal at its end")
 
     def _missed(self, run: Json) -> None:

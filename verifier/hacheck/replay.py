@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,22 +17,15 @@ ZERO = Fraction(0)
 Watch = Callable[[Instant, Fraction, Fraction], None]  # an instant, how long one may dwell there, the time before
 
 
-@dataclass(frozen=True)
-class End:
-    """The last instant of a run, the time there, the jumps made, and the last edge if it has just been taken."""
-
-    instant: Instant
-    time: Fraction
-    jumps: int
-    edge: int | None
-
-
 def _compared(op: str, a: Poly, b: Poly) -> Formula:
     return literal(op, add(a, b, -1))
 
 
 class Walk:
-    """One run of a model; raises Refused where it is not one."""
+    """One run of a model; raises Refused where it is not one.
+
+    In the end, `last` is its last instant, `time` the time there, and `edge` the edge just taken, if there is one.
+    """
 
     def __init__(self, model: Model, run: Json, assume: list[Json], watch: Watch | None = None) -> None:
         self.model, self.assume, self.watch = model, assume, watch
@@ -43,26 +35,22 @@ class Walk:
         self.mode, self.time = str(run.get("mode")), ZERO
         self.values = self.start(self.mode, run.get("values"))
         self.edge: int | None = None
-        landed = self.instant(self.values)
-        self.need(self._assumed(landed), "an assumption does not hold at the start")
+        self.last = self.instant(self.values)
+        self.need(self._assumed(self.last), "an assumption does not hold at the start")
         for step in run["steps"]:
             if not isinstance(step, dict):
                 raise Refused("a step of a run is malformed")
             self.dwell(number(step.get("dwell")))
-            landed = self.jump(step.get("edge"), step.get("values"))
-        last = number(run.get("last"))
-        self.dwell(last)
-        done = landed if last == 0 else self.instant(self.values)
-        self.end = End(done, self.time, len(run["steps"]), None if last else self.edge)
+            self.last = self.jump(step.get("edge"), step.get("values"))
+        self.dwell(number(run.get("last")))
+        self.jumps = len(run["steps"])
+        if number(run["last"]):
+            self.last, self.edge = self.instant(self.values), None
 
     def need(self, f: Formula, message: str, upto: Fraction = ZERO, half_open: bool = False) -> None:
         """Refuse unless f holds for all dwells up to a bound."""
         if not self.surely(f, upto, half_open):
-            raise Refused(f"a run is none: {message} (mode {self.mode}, after {self.end_time()} s)")
-
-    def end_time(self) -> str:
-        """The time so far, for messages."""
-        return str(self.time)[:40]
+            raise Refused(f"a run is none: {message} (mode {self.mode}, after {str(self.time)[:40]} s)")
 
     def surely(self, f: Formula, upto: Fraction = ZERO, half_open: bool = False) -> bool:
         """Does f hold for all dwells in [0, upto], and all pi and rounded constants in their enclosures?"""
