@@ -313,9 +313,9 @@ class Cells:
         scope = self.model.scope
         start: Box = dict.fromkeys(scope.types, (None, None))
         for r in line["with"]:
-            first, last = (scope.range(r[x], mode) for x in (("to", "to") if "to" in r else ("low", "high")))
-            ends = start[r["var"]] = first[0], last[1]
-            if scope.types[r["var"]] != "real" and any(x is None or x.denominator != 1 for x in ends):
+            ends = [Instant(scope, mode, {}).poly(r[x]) for x in (("to", "to") if "to" in r else ("low", "high"))]
+            start[r["var"]] = bernstein.bounds(ends[0], scope.box)[0], bernstein.bounds(ends[1], scope.box)[1]
+            if scope.types[r["var"]] != "real" and not all(map(scope.integral, ends)):
                 raise Beyond(f"{r['var']} may start at a value between two of its type")
         where = conj([scope.identity(mode).formula(line["where"], closed=True), self.model.domain(mode)])
         members = where[1:] if not isinstance(where, bool) and where[0] == "and" else (where,)

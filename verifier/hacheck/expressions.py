@@ -132,9 +132,12 @@ class Scope:
         found = self.constants.get(name)
         return found.get("type") if found else self.outer.type_of(kind, name) if self.outer else None
 
-    def range(self, e: Json, mode: str | None = None) -> Interval:
-        """An enclosure of an expression of constants and params."""
-        return (None, None) if e is None else bernstein.bounds(Instant(self, mode, {}).poly(e), self.box)
+    def range(self, e: Json, fixed: bool = False) -> Interval:
+        """An enclosure of an expression of constants and params, or of constants alone."""
+        p = self._base.poly(e) if e is not None else None
+        if p is not None and fixed and names(p) & set(self.params):
+            raise Beyond("a declared range that depends on params")
+        return (None, None) if p is None else bernstein.bounds(p, self.box)
 
     def integral(self, p: Poly) -> bool:
         """Is it an integer wherever discrete variables are?"""
@@ -149,9 +152,9 @@ class Scope:
         return Fraction(found["values"].index(value)) + (number(found["low"]) if found["low"] is not None else 0)
 
     def window(self, v: Json) -> Interval:
-        """The declared range of a variable, as far out as constants and params allow; all values of its type."""
+        """The declared range of a variable, as far out as constants allow; all values of its type."""
         if v["type"] == "real":
-            return self.range(v["low"])[0], self.range(v["high"])[1]
+            return self.range(v["low"], fixed=True)[0], self.range(v["high"], fixed=True)[1]
         found = self.core.enums.get(v["type"], {"values": "01", "low": None})
         low = number(found["low"]) if found["low"] is not None else Fraction(0)
         return low, low + len(found["values"]) - 1
