@@ -77,9 +77,8 @@ class Model:
         for k, e in enumerate(self.a["edges"]):
             self.leaving[e["source"]].append(k)
         self._flows: dict[str, tuple[Poly, dict[str, Fraction]]] = {}
-        self._domains: dict[str, Formula] = {}
         self._landings: dict[tuple[int, str], Instant] = {}
-        self._guards: dict[tuple[int, bool, bool], Formula] = {}
+        self._guards: dict[tuple[int, bool, bool, bool], Formula] = {}
         try:
             rhos = [self.flow(m)[0] for m in scope.modes]
             scope.rho = rhos[0] if all(r == rhos[0] for r in rhos) else None
@@ -106,9 +105,7 @@ class Model:
 
     def domain(self, mode: str) -> Formula:
         """The domain, closed, at the state its variables name."""
-        if mode not in self._domains:
-            self._domains[mode] = self.scope.identity(mode).formula(self.scope.modes[mode]["domain"], closed=True)
-        return self._domains[mode]
+        return self.scope.identity(mode).domain
 
     def landing(self, k: int, pick: str = "any") -> Instant:
         """Just after edge k, over the variables before it; chosen values are `v'`, or an end of their range."""
@@ -124,12 +121,13 @@ class Model:
             self._landings[k, pick] = Instant(self.scope, edge["target"], env, edge=edge["name"], before=before)
         return self._landings[k, pick]
 
-    def guard(self, k: int, neg: bool = False, closed: bool = False) -> Formula:
+    def guard(self, k: int, neg: bool = False, closed: bool = False, outer: bool = False) -> Formula:
         """The guard of an edge at the state before it, exact or closed."""
-        if (k, neg, closed) not in self._guards:
+        key = k, neg, closed, outer
+        if key not in self._guards:
             edge = self.a["edges"][k]
-            self._guards[k, neg, closed] = self.scope.identity(edge["source"]).formula(edge["guard"], neg, closed)
-        return self._guards[k, neg, closed]
+            self._guards[key] = self.scope.identity(edge["source"]).formula(edge["guard"], neg, closed, outer)
+        return self._guards[key]
 
     def bounds(self, op: str, p: Poly, over: Collection[str] | None = None) -> list[Bound] | None:
         """A literal as bounds on one variable: `a v + r op 0`, a rational, r without other variables of the state."""
@@ -184,9 +182,8 @@ class Model:
 
     def lands(self, k: int, box: Box) -> bool:
         """Does edge k have an outcome in the domain of its target from every state of the box?"""
-        target = self.a["edges"][k]["target"]
-        return any(self.certainly(self.landing(k, pick).formula(self.scope.modes[target]["domain"], closed=True), box)
-                   for pick in ("low", "high") if self._nonempty(k, box))  # fmt: skip
+        picks = ("low", "high") if self._nonempty(k, box) else ()
+        return any(self.certainly(self.landing(k, pick).domain, box) for pick in picks)
 
     def _nonempty(self, k: int, box: Box) -> bool:
         before = self.scope.identity(self.a["edges"][k]["source"])

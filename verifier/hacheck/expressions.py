@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -194,6 +195,16 @@ class Instant:
         self._lets: dict[tuple[str, bool], list[Case]] = {}
         self._careful = 0  # > 0 where a division that may be by zero, or a switch, is not understood
         self._powers: Powers = {}
+
+    @cached_property
+    def domain(self) -> Formula:
+        """The state is in the mode's domain, read as closed (S6)."""
+        return self.formula(self.scope.modes[str(self.mode)]["domain"], closed=True)
+
+    @cached_property
+    def outside(self) -> Formula:
+        """The state is not in the mode's closed domain."""
+        return self.formula(self.scope.modes[str(self.mode)]["domain"], closed=True, outer=True)
 
     def poly(self, e: Json) -> Poly:
         """The value, where it is one polynomial."""

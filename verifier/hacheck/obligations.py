@@ -137,21 +137,15 @@ class Setting:
         self.hash = canonical_hash(
             {"automaton": automaton, "constants": mentioned(core, automaton, hidden), **shared})  # fmt: skip
         self.own = hidden & set(core.constants)
-        self._cells: dict[str, Cells | Refused] = {}
+        self._cells: dict[str, Cells] = {}
         self._starts: set[str] = set()
 
     def cells(self, name: Json) -> Cells:
         """A file of cells, checked for completeness once."""
         key = str(name)
         if key not in self._cells:
-            try:
-                self._cells[key] = Cells(self.model, self.load(key))
-            except Refused as e:
-                self._cells[key] = e
-        found = self._cells[key]
-        if isinstance(found, Refused):
-            raise found
-        return found
+            self._cells[key] = Cells(self.model, self.load(key))
+        return self._cells[key]
 
     def start(self, start: Json, assume: list[Json]) -> None:
         """A start is admissible and satisfies what is assumed: nothing is proved of nothing."""
@@ -267,7 +261,7 @@ class Question:
         seen = [self.goal["condition"], mode["lets"], self.setting.a["lets"]] if mode["terminal"] else []
         if any(n[0] == "time" for n in nodes(seen)):
             raise Beyond("time in a claim about a terminal mode")
-        return [at.formula(mode["domain"], closed=True, outer=True), *(at.formula(a, True) for a in self.assume),
+        return [at.outside, *(at.formula(a, True) for a in self.assume),
                 self._timing(at, cells.timed, mode["terminal"])]  # fmt: skip
 
     def _prove(self, cells: Cells, part: Part, proof: Json) -> None:
@@ -288,10 +282,8 @@ class Question:
                 if after is not None and not (cells.jumps is not None and cells.cells[i].jumps == cells.jumps):
                     boxes.append((i, s, {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}))
             claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in EVENTS for n in nodes(c)))
-            before = self.model.scope.identity(edge["source"])
-            domain = self.model.scope.modes[edge["source"]]["domain"]
-            excuses = [before.formula(edge["guard"], closed=edge["urgent"], outer=True),
-                       before.formula(domain, closed=True, outer=True)]  # fmt: skip
+            guard = self.model.guard(part.place, closed=edge["urgent"], outer=True)
+            excuses = [guard, self.model.scope.identity(edge["source"]).outside]
         if not isinstance(proof, list) or len(proof) != len(boxes):
             raise Refused(f"the part {part.where} {part.output} concerns {len(boxes)} cells, its proof another number")
         f = disj([claimed, *excuses, *self._outside(cells, at)])

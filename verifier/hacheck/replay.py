@@ -87,7 +87,7 @@ class Walk:
         state = {v: const(number(q)) for v, q in values.items()}
         self._typed(state)
         at = Instant(scope, mode, {**self.params, **state}, time={})
-        self.need(self._domain(at), "the start is outside the domain")
+        self.need(at.domain, "the start is outside the domain")
         self.need(self._declared(at), "the start is outside a declared range")
         if not any(self._allows(line, mode, at, state) for line in scope.automaton["init"]):
             raise Refused("a run does not start in an admissible state")
@@ -116,9 +116,6 @@ class Walk:
         return conj(at.formula([op, ["var", v["name"]], v[end]]) for v in self.model.a["vars"] if v["type"] == "real"
                     for op, end in ((">=", "low"), ("<=", "high")) if v[end] is not None)  # fmt: skip
 
-    def _domain(self, at: Instant) -> Formula:
-        return at.formula(self.model.scope.modes[str(at.mode)]["domain"], closed=True)
-
     def _assumed(self, at: Instant) -> Formula:
         return conj(at.formula(a) for a in self.assume)
 
@@ -131,7 +128,7 @@ class Walk:
             raise Refused("a run dwells for a negative time")
         at = self._soon()
         if d > 0:
-            self.need(self._domain(at), "it leaves the domain", d)
+            self.need(at.domain, "it leaves the domain", d)
             self.need(self._declared(at), "it leaves a declared range", d)
             self.need(self._assumed(at), "an assumption fails", d)
             for k in self.model.leaving[self.mode]:
@@ -156,8 +153,8 @@ class Walk:
         guard = at.formula(edge["guard"], neg)
         if any("to" not in r for r in edge["resets"]):
             return guard if neg else False
-        domain = self.model.scope.modes[edge["target"]]["domain"]
-        return (disj if neg else conj)([guard, self.landing(k, at, {}).formula(domain, closed=True, outer=neg)])
+        landed = self.landing(k, at, {})
+        return disj([guard, landed.outside]) if neg else conj([guard, landed.domain])
 
     def jump(self, k: Json, values: Json) -> Instant:
         """Take edge k: its guard holds as written, or it is urgent and due; the outcome is in the target's domain."""
@@ -178,7 +175,7 @@ class Walk:
         state = {v: landed.env[v] for v in self.values}
         self._typed(state)
         self.mode, self.values, self.edge = edge["target"], state, k
-        self.need(self._domain(landed), "an outcome is outside the target's domain")
+        self.need(landed.domain, "an outcome is outside the target's domain")
         self.need(self._declared(landed), "an outcome is outside a declared range")
         self.need(self._assumed(landed), "an assumption fails after a jump")
         if self.watch:
@@ -200,9 +197,8 @@ class Walk:
         if self.model.scope.modes[self.mode]["terminal"]:
             return False
         soon, now = self._soon(), self.instant(self.values)
-        outside = soon.formula(self.model.scope.modes[self.mode]["domain"], closed=True, outer=True)
         blocked = [self.enabled(k, now, neg=True) for k in self.model.leaving[self.mode]]
         urgent = [k for k in self.model.leaving[self.mode] if self.model.a["edges"][k]["urgent"]]
         fires = [self.enabled(k, soon, neg=True) for k in urgent]
-        later = conj([outside, *fires])
+        later = conj([soon.outside, *fires])
         return self.surely(conj(blocked)) and variables(later) <= {"s"} and sturm.soon(later, ZERO)
