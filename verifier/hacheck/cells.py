@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
 from math import ceil, floor
-from typing import Any
+from typing import Any, NamedTuple
 
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
@@ -209,8 +208,7 @@ def _values(i: Interval, real: bool) -> list[Interval]:
     return [(Fraction(n), Fraction(n)) for n in range(ceil(i[0]), floor(i[1]) + 1)]
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """States `e + c s`, e in `entry`, s in `stay`, of a mode."""
 
     mode: str

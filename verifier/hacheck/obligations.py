@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from hacheck import bernstein
 from hacheck.cells import Box, Cells, Model
@@ -89,8 +88,7 @@ def pushed(e: Json) -> Json:
     return [NEGATED[inner[0]], *inner[1:]] if inner[0] in NEGATED else e
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """One part of an `always` goal; `place` is a mode's name or an edge's index."""
 
     kind: str
