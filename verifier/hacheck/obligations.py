@@ -12,7 +12,7 @@ from hacheck import bernstein
 from hacheck.cells import Box, Cells, Model
 from hacheck.core import Core
 from hacheck.expressions import EVENTS, Instant, Scope, nodes, well_formed
-from hacheck.formula import NEGATED, Formula, conj, disj, replace, variables
+from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace, variables
 from hacheck.rational import Beyond, Interval, Poly, Powers, Refused, constant, spend, substitute
 from hacheck.replay import Walk
 
@@ -42,8 +42,7 @@ def fold(e: Json, mode: str, edge: Json) -> bool | None:
         return e
     op = e[0] if isinstance(e, list) and e else None
     if op == "implies":
-        a = fold(e[1], mode, edge)
-        return True if a is False else _after(a, fold(e[2], mode, edge))
+        return fold(["or", ["not", e[1]], e[2]], mode, edge)
     if op in ("and", "or"):
         members = [fold(x, mode, edge) for x in e[1:]]
         return (op == "or") if (op == "or") in members else None if None in members else op == "and"
@@ -60,10 +59,6 @@ def fold(e: Json, mode: str, edge: Json) -> bool | None:
         a = fold(e[1], mode, edge)
         return None if a is None else fold(e[2 if a else 3], mode, edge)
     return None
-
-
-def _after(premise: bool | None, conclusion: bool | None) -> bool | None:
-    return conclusion if premise or conclusion else None
 
 
 def conjuncts(e: Json) -> list[Json]:
@@ -290,7 +285,7 @@ class Question:
 
     def _tree(self, tree: Json, f: Formula, placed: tuple[dict[str, Poly], Box, Powers]) -> None:
         env, box, powers = placed
-        f = replace(f, lambda op, p: _literal(op, substitute(p, env, powers)))
+        f = replace(f, lambda op, p: literal(op, substitute(p, env, powers)))
         known = self.model.scope.box
         narrowed = self._params(box)
         bernstein.replay(tree, f, {**{v: known[v] for v in variables(f) if v not in box and v in known}, **narrowed})
@@ -394,11 +389,6 @@ class Question:
             n[0] == "time" for n in nodes([self.goal["condition"], self.setting.a["lets"], self.setting.a["modes"]]))
         if not ((limit is not None and walk.time > limit) or ended or walk.stuck()):
             raise Refused("a run stops before the goal's time is over")
-
-
-def _literal(op: str, p: Poly) -> Formula:
-    q = constant(p)
-    return (op, p) if q is None else {"<": q < 0, "<=": q <= 0, "==": q == 0, "!=": q != 0}[op]
 
 
 def established(core: Core, claim: Json, certificate: Json, settings: Callable[[Json, bool], Setting],
