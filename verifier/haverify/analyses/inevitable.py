@@ -33,7 +33,7 @@ from haverify.text.record import field, holder, replace
 
 Q = Fraction
 Json = Any
-MOST = 2000
+MOST = 400
 
 
 @holder
