@@ -98,10 +98,6 @@ class Model:
             self._flows[mode] = rho, slopes
         return self._flows[mode]
 
-    def window(self, name: str) -> Interval:
-        """The declared range of a variable."""
-        return self.scope.window(next(v for v in self.a["vars"] if v["name"] == name))
-
     def domain(self, mode: str) -> Formula:
         """The domain, closed, at the state its variables name."""
         return self.scope.identity(mode).domain
@@ -220,8 +216,6 @@ class Cell(NamedTuple):
 
 
 def _interval(pair: Json) -> Interval:
-    if not isinstance(pair, list) or len(pair) != 2:
-        raise Refused("an interval of a cell is malformed")
     low, high = (None if x is None else number(x) for x in pair)
     if empty((low, high)):
         raise Refused("an interval of a cell is empty")
@@ -229,20 +223,16 @@ def _interval(pair: Json) -> Interval:
 
 
 def _cell(model: Model, c: Json, timed: bool) -> Cell:
-    if not isinstance(c, dict) or c.get("mode") not in model.scope.modes or not isinstance(c.get("entry"), dict):
-        raise Refused("a cell is malformed")
-    if set(c["entry"]) != set(model.scope.types) or timed is not ("sigma" in c) or "dwell" not in c:
-        raise Refused("a cell does not say where its variables are, or how long it lasts")
-    dwell = None if c["dwell"] is None else number(c["dwell"])
-    at = None if c.get("meet") is None else number(c["meet"])
+    if c["mode"] not in model.scope.modes or set(c["entry"]) != set(model.scope.types) or timed is not ("sigma" in c):
+        raise Refused("a cell does not say where its variables are")
+    dwell, at = (None if q is None else number(q) for q in (c["dwell"], c.get("meet")))
     if (dwell is not None and dwell < 0) or (at is not None and (at < 0 or (dwell is not None and at > dwell))):
         raise Refused("a cell has a negative dwell")
-    jumps = c.get("jumps")
-    if not (jumps is None or (type(jumps) is int and jumps >= 0)):
+    if not (c.get("jumps") is None or (type(c["jumps"]) is int and c["jumps"] >= 0)):
         raise Refused("a cell has a wrong number of jumps")
     sigma = _interval(c["sigma"]) if timed else None
     entry = {v: _interval(i) for v, i in c["entry"].items()}
-    return Cell(c["mode"], entry, sigma, (Fraction(0), dwell), jumps, at)
+    return Cell(c["mode"], entry, sigma, (Fraction(0), dwell), c.get("jumps"), at)
 
 
 class Cells:
@@ -252,17 +242,14 @@ class Cells:
     """
 
     def __init__(self, model: Model, data: Json, landing: Landing | None = None) -> None:
-        if not isinstance(data, dict) or data.get("schema") != "haverify.cells/1" or type(data.get("rho")) is not bool:
-            raise Refused("a file of cells has another schema")
-        if data.get("automaton") != model.a["name"] or not isinstance(data.get("cells"), list):
-            raise Refused("a file of cells is of another automaton")
-        meeting = landing is not None
-        self.model, self.timed, self.meeting, self.landing = model, data["rho"], meeting, landing
-        self.time = None if data.get("time") is None else number(data["time"])
-        self.jumps = data.get("jumps")
+        head = data["schema"], data["automaton"], type(data["rho"])
+        if head != ("haverify.cells/1", model.a["name"], bool):
+            raise Refused("a file of cells has another schema, or is of another automaton")
+        self.model, self.timed, self.meeting, self.landing = model, data["rho"], landing is not None, landing
+        self.time, self.jumps = None if data.get("time") is None else number(data["time"]), data.get("jumps")
         if not (self.jumps is None or type(self.jumps) is int):
             raise Refused("a file of cells has a wrong number of jumps")
-        if meeting and (self.time is not None or self.jumps is not None):
+        if self.meeting and (self.time is not None or self.jumps is not None):
             raise Refused("cells up to a horizon do not show that something must happen")
         self.cells = [_cell(model, c, self.timed) for c in data["cells"]]
         if (self.timed or self.time is not None) and (not self.timed or model.scope.rho is None):
@@ -320,7 +307,7 @@ class Cells:
         if box is None:
             return None
         for v in self.model.a["vars"]:
-            (low, high), wide, name = box[v["name"]], scope.window(v), v["name"]
+            name, (low, high), wide = v["name"], box[v["name"]], scope.window(v["name"])
             if v["type"] == "real" and name in vague and (low is None or high is None):
                 raise Beyond(f"starts where {name} is bounded together with others")
             box[name] = wide[0] if low is None else low, wide[1] if high is None else high
@@ -333,7 +320,7 @@ class Cells:
         stay = (c.stay[0], c.meet) if short else c.stay
         states = model.narrow(model.domain(c.mode), self.at(i, stay))
         for v in model.a["vars"]:
-            if states is not None and not inside(states[v["name"]], model.scope.window(v)):
+            if states is not None and not inside(states[v["name"]], model.scope.window(v["name"])):
                 raise Refused(f"a cell of mode {c.mode} leaves the declared range of {v['name']}")
         if not short and c.stay[1] is not None and not self.ends(i):
             raise Refused(f"a run may stay in mode {c.mode} longer than its cell lasts")
@@ -380,7 +367,7 @@ class Cells:
             ends = [bernstein.bounds(landed[r["var"]] if x == "to" else model.landing(k, x).env[r["var"]], space)
                     for x in (("to", "to") if "to" in r else ("low", "high"))]  # fmt: skip
             after[r["var"]] = ends[0][0], ends[1][1]
-            if model.scope.types[r["var"]] != "real" and not inside(after[r["var"]], model.window(r["var"])):
+            if model.scope.types[r["var"]] != "real" and not inside(after[r["var"]], model.scope.window(r["var"])):
                 raise Refused(f"edge {edge['name']} may give {r['var']} a value that its type does not have")
         if any(empty(x) for x in after.values()):
             return None, sigma, s

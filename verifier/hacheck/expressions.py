@@ -152,8 +152,9 @@ class Scope:
             raise Refused(f"there is no value {value} of {enum}")
         return Fraction(found["values"].index(value)) + (number(found["low"]) if found["low"] is not None else 0)
 
-    def window(self, v: Json) -> Interval:
+    def window(self, name: str) -> Interval:
         """The declared range of a variable, as far out as constants allow; all values of its type."""
+        v = next(v for v in self.automaton["vars"] if v["name"] == name)
         if v["type"] == "real":
             return self.range(v["low"], fixed=True)[0], self.range(v["high"], fixed=True)[1]
         found = self.core.enums.get(v["type"], {"values": "01", "low": None})

@@ -144,8 +144,6 @@ class Setting:
         """A start is admissible and satisfies what is assumed: nothing is proved of nothing."""
         key = canonical_hash([start, assume])
         if key not in self._starts:
-            if not isinstance(start, dict):
-                raise Refused("a certificate names no start")
             Walk(self.model, {**start, "steps": [], "last": "0"}, assume)
             self._starts.add(key)
 
@@ -218,7 +216,7 @@ class Question:
         return ("proved" if positive else "refuted"), found
 
     def _part(self, entry: Json, part: Part, given: Json) -> str:
-        if not isinstance(given, dict) or any(given.get(k) != getattr(part, k) for k in ("kind", "where", "output")):
+        if any(given[k] != getattr(part, k) for k in ("kind", "where", "output")):
             raise Refused(f"the part {part.where} {part.output} is missing or in another place")
         if given.get("hash") != self.part_hash(part.kind, part.where, part.output):
             raise Refused(f"the part {part.where} {part.output} has another hash than the one derived from the core")
@@ -394,20 +392,15 @@ class Question:
 def established(core: Core, claim: Json, certificate: Json, settings: Callable[[Json, bool], Setting],
                 ) -> tuple[str, str | None, list[tuple[str, str, str]]]:  # fmt: skip
     """The verdict, the verdict within rounding, and the parts that a certificate establishes."""
-    if not isinstance(certificate, dict) or certificate.get("schema") != "haverify.certificate/1":
-        raise Refused("its certificate has another schema")
-    if certificate.get("claim") != claim["name"] or certificate.get("verdict") not in ("proved", "refuted"):
-        raise Refused("its certificate is about another claim or has no verdict")
+    said = certificate["schema"], certificate["claim"], certificate["verdict"] in ("proved", "refuted")
+    if said != ("haverify.certificate/1", claim["name"], True):
+        raise Refused("its certificate has another schema, is about another claim or has no verdict")
     if claim["on"] not in core.automata or claim["which"]:
         raise Beyond("claims about systems, rules and formulas, and `for which`")
     automaton = core.automata[claim["on"]]
     verdict, found = _goals(claim, certificate, settings(automaton, False))
-    rounding = certificate.get("rounding")
-    if rounding is None:
-        return verdict, None, found
-    if not isinstance(rounding, dict):
-        raise Refused("the rounding verdict is malformed")
-    return verdict, _goals(claim, rounding, settings(automaton, True))[0], found
+    rounding = certificate["rounding"]
+    return verdict, None if rounding is None else _goals(claim, rounding, settings(automaton, True))[0], found
 
 
 def _goals(claim: Json, certificate: Json, setting: Setting) -> tuple[str, list[tuple[str, str, str]]]:

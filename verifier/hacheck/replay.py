@@ -29,20 +29,16 @@ class Walk:
 
     def __init__(self, model: Model, run: Json, assume: list[Json], watch: Watch | None = None) -> None:
         self.model, self.assume, self.watch = model, assume, watch
-        if not isinstance(run, dict) or not isinstance(run.get("steps"), list):
-            raise Refused("a run is malformed")
-        self.params = self._params(run.get("params"))
-        self.mode, self.time = str(run.get("mode")), ZERO
-        self.values = self.start(self.mode, run.get("values"))
+        self.params = self._params(run["params"])
+        self.mode, self.time = str(run["mode"]), ZERO
+        self.values = self.start(self.mode, run["values"])
         self.edge: int | None = None
         self.last = self.instant(self.values)
         self.need(self._assumed(self.last), "an assumption does not hold at the start")
         for step in run["steps"]:
-            if not isinstance(step, dict):
-                raise Refused("a step of a run is malformed")
-            self.dwell(number(step.get("dwell")))
-            self.last = self.jump(step.get("edge"), step.get("values"))
-        self.dwell(number(run.get("last")))
+            self.dwell(number(step["dwell"]))
+            self.last = self.jump(step["edge"], step.get("values"))
+        self.dwell(number(run["last"]))
         self.jumps = len(run["steps"])
         if number(run["last"]):
             self.last, self.edge = self.instant(self.values), None
@@ -63,7 +59,7 @@ class Walk:
 
     def _params(self, given: Json) -> dict[str, Poly]:
         scope = self.model.scope
-        if not isinstance(given, dict) or set(given) != set(scope.params):
+        if set(given) != set(scope.params):
             raise Refused("a run does not give every param a value")
         params = {p: const(number(q)) for p, q in given.items()}
         for of, listed in ((scope.outer, scope.core.data["params"]), (scope, scope.automaton["params"])):
@@ -82,7 +78,7 @@ class Walk:
     def start(self, mode: str, values: Json) -> dict[str, Poly]:
         """The values of an admissible start."""
         scope = self.model.scope
-        if mode not in scope.modes or not isinstance(values, dict) or set(values) != set(scope.types):
+        if mode not in scope.modes or set(values) != set(scope.types):
             raise Refused("a start does not give a mode of the automaton and every variable a value")
         state = {v: const(number(q)) for v, q in values.items()}
         self._typed(state)
@@ -107,7 +103,7 @@ class Walk:
         """Discrete variables hold a value of their type."""
         for v in self.model.a["vars"]:
             if v["type"] != "real":
-                x, (low, high) = constant(values[v["name"]]), self.model.scope.window(v)
+                x, (low, high) = constant(values[v["name"]]), self.model.scope.window(v["name"])
                 if x is None or x.denominator != 1 or low is None or high is None or not low <= x <= high:
                     raise Refused(f"{v['name']} gets a value that its type does not have")
 
@@ -163,7 +159,7 @@ class Walk:
         edge, at = self.model.a["edges"][k], self.instant(self.values)
         sets = [r for r in edge["resets"] if "to" not in r]
         values = {} if values is None else values
-        if not isinstance(values, dict) or set(values) != {r["var"] for r in sets}:
+        if set(values) != {r["var"] for r in sets}:
             raise Refused("a run does not choose the values that its edge leaves open")
         if not self.surely(at.formula(edge["guard"])) and not (edge["urgent"] and self._due(k)):
             raise Refused(f"a run takes edge {edge['name']} where its guard does not hold")
