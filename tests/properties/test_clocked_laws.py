@@ -37,6 +37,9 @@ def asked(draw, modes, edges):
     def step(w, i):
         return i.edge is None or COMPARE[op](w.f(i) - w.f(i.before), c)
 
+    def taken(w, i):
+        return i.edge is not None and i.edge.name == edge
+
     def window(w, i):
         return not low <= i.time <= 3 or COMPARE[op](i.values["x"], c)
 
@@ -47,11 +50,11 @@ def asked(draw, modes, edges):
         ("always", f"always jumped implies f - pre(f) {op} {c}", step),
         ("always", f"always during [{low}, 3] x {op} {c}", window),
         ("always", f"within 2 jumps; always f {op} {c}", lambda w, i: i.jumps > 2 or f(w, i)),
-        ("always", f"always jump({edge}) implies at(M{mode})", lambda w, i: i.edge is None or i.edge.name != edge or i.mode == mode),
+        ("always", f"always jump({edge}) implies at(M{mode})", lambda w, i: not taken(w, i) or i.mode == mode),
         ("can", f"can reach f {op} {c} within 4", lambda w, i: i.time <= HORIZON and f(w, i)),
         ("can", f"can reach at(M{mode})", lambda w, i: i.mode == mode),
         ("reach", f"reach at(M{mode}) within 4", lambda w, i: i.mode == mode),
-        ("reach", f"reach jump({edge}) within 4", lambda w, i: i.edge is not None and i.edge.name == edge),
+        ("reach", f"reach jump({edge}) within 4", taken),
         ("stuck", "never stuck", None),
     ]))  # fmt: skip
 

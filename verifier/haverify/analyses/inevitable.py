@@ -198,10 +198,13 @@ def missing_run(context: Context, setting: Setting) -> Run | None:
 
 
 def _search(setting: Setting, explorer: Explorer, first: Node, bound: Q) -> tuple[Node, Q] | None:
-    stack, seen = [first], 0
-    while stack and seen < MOST // 4:
+    stack, seen = [first], set[object]()
+    while stack and len(seen) < MOST // 4:
         node = stack.pop()
-        seen += 1
+        key = (node.state.mode, tuple(node.state.values.items()), node.state.time, node.step and node.step.edge)
+        if key in seen:
+            continue
+        seen.add(key)
         end = _missed_end(setting, explorer, node, bound)
         if end is not None:
             return node, end

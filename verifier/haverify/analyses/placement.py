@@ -64,17 +64,16 @@ def place(model: ClockModel, cell: Cell, out: Exit | None, extra: Mapping[str, t
     slopes = model.mode(cell.mode).slopes
     box: dict[str, tuple[Q, Q]] = {**model.params, "pi": PI, **extra}
     bounded = last is not None
-    if last is None:
-        last = first
     axis: str | None
     axis, origin, slope = _axis(cell, slopes)
-    if first == last or axis is None:
+    if first == last:
         axis = None
         dwell = constant(first)
     else:
         dwell = (variable(axis) - constant(origin)).scaled(1 / slope)
-        ends = sorted((origin + slope * first, origin + slope * last))
-        box[axis] = (ends[0], ends[1])
+        if last is not None:
+            ends = sorted((origin + slope * first, origin + slope * last))
+            box[axis] = (ends[0], ends[1])
     replaced: dict[str, Polynomial] = {}
     for v, entry in cell.entry.items():
         if v != axis:
