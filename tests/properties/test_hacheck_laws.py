@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from hacheck import bernstein, sturm
 from hacheck.formula import conj, disj, literal, sign_fits, true
-from hacheck.rational import PI, add, const, mul, power, scale, total, var
+from hacheck.polynomial import add, const, mul, power, scale, total, var
+from hacheck.rational import PI
 
 numbers = st.fractions(min_value=-4, max_value=4, max_denominator=6)
 coefficients = st.lists(numbers, min_size=1, max_size=5)

@@ -10,7 +10,8 @@ from typing import Any
 
 from hacheck import sturm
 from hacheck.formula import Formula, literal, replace, sign_fits, true, variables
-from hacheck.rational import Beyond, Interval, Poly, Refused, by_power, names, number, spend, substitute
+from hacheck.polynomial import Poly, by_power, names, substitute
+from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Box = dict[str, Interval]
 MAX_COEFFICIENTS = 50_000

@@ -12,22 +12,8 @@ from typing import Any, NamedTuple
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
 from hacheck.formula import Formula, conj, literals, variables
-from hacheck.rational import (
-    ONE,
-    Beyond,
-    Interval,
-    Poly,
-    Powers,
-    Refused,
-    add,
-    const,
-    constant,
-    names,
-    number,
-    scale,
-    spend,
-    var,
-)
+from hacheck.polynomial import ONE, Poly, Powers, add, const, constant, names, scale, var
+from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Json = Any
 Box = dict[str, Interval]

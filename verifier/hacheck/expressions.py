@@ -11,28 +11,8 @@ from typing import Any
 from hacheck import bernstein
 from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
-from hacheck.rational import (
-    ONE,
-    PI,
-    Beyond,
-    Interval,
-    Poly,
-    Powers,
-    Refused,
-    add,
-    const,
-    constant,
-    derivative,
-    mul,
-    names,
-    number,
-    power,
-    scale,
-    spend,
-    substitute,
-    total,
-    var,
-)
+from hacheck.polynomial import ONE, Poly, Powers, add, along, const, constant, mul, names, power, scale, substitute, var
+from hacheck.rational import PI, Beyond, Interval, Refused, number, spend
 
 Json = Any
 Case = tuple[Formula, Poly, Poly]  # (the case does not apply, numerator, denominator)
@@ -333,7 +313,7 @@ class Instant:
         timed = self.time is not None and "sigma" in names(cases[0][1])
         if len(cases) > 1 or names(cases[0][2]) & set(moving) or timed:
             raise Beyond("a derivative of what is no polynomial")
-        slope = total(mul(derivative(cases[0][1], v), r) for v, r in moving.items())
+        slope = along(cases[0][1], moving)
         return substitute(slope, self.env, self._powers), cases[0][2]
 
     def _is_truth(self, e: Json) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from hacheck.rational import Poly, constant, names, scale
+from hacheck.polynomial import Poly, constant, names, scale
 
 Formula = Any  # bool | tuple, as above
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}

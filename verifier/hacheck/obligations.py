@@ -13,7 +13,8 @@ from hacheck.cells import Box, Cells, Model
 from hacheck.core import Core
 from hacheck.expressions import EVENTS, Instant, Scope, nodes, well_formed
 from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace, variables
-from hacheck.rational import Beyond, Interval, Poly, Powers, Refused, constant, spend, substitute
+from hacheck.polynomial import Poly, Powers, constant, substitute
+from hacheck.rational import Beyond, Interval, Refused, spend
 from hacheck.replay import Walk
 
 Json = Any

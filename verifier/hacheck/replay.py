@@ -10,7 +10,8 @@ from hacheck import bernstein, sturm
 from hacheck.cells import Model
 from hacheck.expressions import Instant
 from hacheck.formula import Formula, conj, disj, literal, variables
-from hacheck.rational import Poly, Refused, add, const, constant, mul, number, substitute, var
+from hacheck.polynomial import Poly, add, const, constant, mul, substitute, var
+from hacheck.rational import Refused, number
 
 Json = Any
 ZERO = Fraction(0)

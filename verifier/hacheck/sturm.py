@@ -11,7 +11,8 @@ from itertools import pairwise
 from math import gcd, lcm
 
 from hacheck.formula import Formula, literals, sign_fits, true
-from hacheck.rational import MAX_BITS, Beyond, Poly, spend
+from hacheck.polynomial import Poly
+from hacheck.rational import MAX_BITS, Beyond, spend
 
 Dense = list[int]
 Root = tuple[Fraction, Fraction]  # equal ends: the root itself; else the one root between, no root at the ends
