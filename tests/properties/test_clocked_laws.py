@@ -122,7 +122,7 @@ def contradicts(verdict, kind, judge, walker, run):
 
 
 @given(cases())
-@settings(max_examples=25, deadline=None, derandomize=True, database=None)
+@settings(max_examples=12, deadline=None, derandomize=True, database=None)
 def test_verdicts_are_accepted_and_no_run_contradicts_them(case):
     machine, claims, seed = case
     spec = spec_of(machine, claims)
@@ -132,7 +132,7 @@ def test_verdicts_are_accepted_and_no_run_contradicts_them(case):
 
 
 @given(cases(), st.sampled_from([Q(1, 4000), Q(1, 400), Q(1, 40)]))
-@settings(max_examples=20, deadline=None, derandomize=True, database=None)
+@settings(max_examples=8, deadline=None, derandomize=True, database=None)
 def test_less_work_decides_less_but_not_otherwise(case, budget):
     spec = spec_of(*case[:2])
     full, less = decide_all(spec), decide_all(spec, budget=budget)
