@@ -81,5 +81,16 @@ def true(f: Formula, holds: Callable[[str, Poly], bool]) -> bool:
     if f[0] == "and":
         return all(true(g, holds) for g in f[1:])
     if f[0] == "or":
-        return any(true(g, holds) for g in f[1:])
+        return any(true(g, holds) for g in f[1:]) or _exhaustive(f[1:])
     return holds(f[0], f[1])
+
+
+def _exhaustive(members: tuple[Formula, ...]) -> bool:
+    """Is one of a few alternatives the negation of another?"""
+    found = [f for f in members if not isinstance(f, bool) and f[0] not in ("and", "or")][:16]
+    return any(_denied(f) in found for f in found)
+
+
+def _denied(f: Formula) -> Formula:
+    op, p = f
+    return (NEGATED[op], p) if op in ("==", "!=") else ("<=" if op == "<" else "<", scale(p, -1))

@@ -12,9 +12,11 @@ from haverify.analyses.motion import Motion, State, Stretch, stretches
 from haverify.analyses.questions import Setting
 from haverify.evidence.run import Run
 from haverify.model.expression import Expr
+from haverify.obligations.denial import denial
 from haverify.obligations.formula import Formula, conjunction, disjunction, holds, negation, variables
 from haverify.obligations.parts import Part
 from haverify.obligations.residual import Situation, residual
+from haverify.obligations.translate import Scope
 from haverify.text.record import field, holder
 
 Q = Fraction
@@ -85,12 +87,17 @@ def _in_mode(setting: Setting, part: Part, explorer: Explorer) -> Iterator[tuple
     model = setting.model
     index = model.index[part.mode]
     scope = model.timed_scope(index)
-    body = conjunction(scope.formula(r) for r in part.residuals)
-    good = disjunction([negation(setting.timing()), body])
+    good = _unless_violated(setting, part, scope)
     for node in islice(explorer.in_mode(index), TRIES):
         moment = _bad_moment(setting, explorer, node, good)
         if moment is not None:
             yield node, moment
+
+
+def _unless_violated(setting: Setting, part: Part, scope: Scope) -> Formula:
+    """What is false exactly where the part is violated, all its quotients being defined, in the claim's time."""
+    denied = [negation(scope.formula(denial(r))) for r in part.residuals]
+    return disjunction([negation(setting.timing()), conjunction(denied)])
 
 
 def _bad_moment(setting: Setting, explorer: Explorer, node: Node, good: Formula) -> Q | None:
@@ -106,8 +113,7 @@ def _at_edge(setting: Setting, part: Part, explorer: Explorer) -> Iterator[tuple
     model = setting.model
     assert part.edge is not None, "a jump part has an edge"
     landing = model.landing(part.edge)
-    body = conjunction(landing.formula(r) for r in part.residuals)
-    good = disjunction([negation(setting.timing()), body])
+    good = _unless_violated(setting, part, landing)
     for node in islice(explorer.in_mode(model.edge(part.edge).source), TRIES):
         if explorer.jumps is None or node.state.jumps < explorer.jumps:
             for stretch in explorer.openings(node.state, part.edge):
