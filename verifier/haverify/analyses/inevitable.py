@@ -63,7 +63,8 @@ def decide_reach(context: Context, setting: Setting, number: int, work: Work) ->
     if run is not None:
         refuted = replace(result, text="a run never meets it in time", verdict=Refuted(), run=run)
         return Answer("refuted", run_goal(run, digest), parts=[refuted], run=run)
-    unknown = Unknown("budget", f"{found.reason}, and no run that misses it was found")
+    kind = "window" if left_window(found.cells) is not None else "budget"
+    unknown = Unknown(kind, f"{found.reason}, and no run that misses it was found")
     return Answer("unknown", {}, unknown, parts=[replace(result, verdict=unknown)])
 
 

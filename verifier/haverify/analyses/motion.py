@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 
 from haverify.analyses.bounds import Interval, image
@@ -15,7 +16,7 @@ from haverify.maths import sturm
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Init
-from haverify.obligations.formula import Formula, conjunction, holds, transform
+from haverify.obligations.formula import Formula, compare, conjunction, holds, transform
 from haverify.text.record import field, holder, record
 
 Q = Fraction
@@ -104,6 +105,18 @@ class Motion:
             self._domains[mode] = transform(self.model.mode(mode).domain, lambda p: p.fix(self.params))
         return self._domains[mode]
 
+    @cached_property
+    def declared(self) -> Formula:
+        """The declared ranges: a run is followed while it is inside them (LANGUAGE S4)."""
+        found: list[Formula] = []
+        for v in self.model.reals:
+            window = self.model.windows[v]
+            if window.low is not None:
+                found.append(compare(">=", variable(v) - constant(window.low)))
+            if window.high is not None:
+                found.append(compare("<=", variable(v) - constant(window.high)))
+        return conjunction(found)
+
     def enabled(self, k: int) -> Formula:
         """Guard, and an outcome in the target's domain where the reset leaves no choice, over the state before."""
         if k not in self._guards:
@@ -120,9 +133,12 @@ class Motion:
         """The longest dwell (s) and whether it is the end of the stay (else of the view); None where no
         state is allowed.
 
-        The domain bounds it, an urgent edge that is due, or `limit`.
+        The domain bounds it, an urgent edge that is due, or `limit`; what is beyond a declared range is not viewed.
         """
-        view = FAR if limit is None else limit
+        seen = stretches(self.along(self.declared, state), FAR if limit is None else limit)
+        if not seen or seen[0].low > 0:
+            return None
+        view = seen[0].high
         inside = stretches(self.along(self.domain(state.mode), state), view)
         if not inside or inside[0].low > 0:
             return None
@@ -157,7 +173,7 @@ class Motion:
         for picks in product(*choices):
             picked = dict(zip(chosen, picks, strict=True))
             after = State(edge.target, {**state.values, **fixed, **picked}, state.time, state.jumps + 1)
-            if holds(self.domain(edge.target), after.values):
+            if holds(self.domain(edge.target), after.values) and holds(self.declared, after.values):
                 yield after, picked
 
     def starts(self) -> Iterator[State]:
@@ -181,7 +197,8 @@ class Motion:
         choices = [_within(x) for x in box.values()]
         for picks in product(*choices):
             values = dict(zip(box, picks, strict=True))
-            if holds(where, values) and holds(self.domain(index), values):
+            allowed = holds(where, values) and holds(self.domain(index), values)
+            if allowed and holds(self.declared, values):
                 yield State(index, values, Q(0))
 
 

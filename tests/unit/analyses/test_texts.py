@@ -1,0 +1,76 @@
+"""Verdicts on short specs written as people write them, and the checker's opinion of every certificate."""
+
+from fractions import Fraction as Q
+
+from tests.unit.analyses.test_portfolio import checked
+from tests.unit.elaborate.texts import read
+
+from haverify.analyses.portfolio import decide_all
+from haverify.evidence.verdict import Proved, Refuted, Unknown
+
+WORDS = {Proved: "proved", Refuted: "refuted", Unknown: "unknown"}
+
+
+def decided(tmp_path, text, data=None):
+    """The evidence for each claim; every certificate is accepted."""
+    spec = read(text, data)[0]
+    found = decide_all(spec)
+    opinions = checked(tmp_path, spec, found)
+    for name, e in found.items():
+        assert opinions[name] == ("absent" if isinstance(e.verdict, Unknown) else "accepted"), name
+    return found
+
+
+def words(found):
+    return {k: WORDS[type(e.verdict)] for k, e in found.items()}
+
+
+def kind(evidence):
+    return evidence.verdict.kind
+
+
+def test_an_interval_of_starts_and_an_interval_reset_are_proved_by_the_domain(tmp_path):
+    text = """
+automaton N {
+  var x: s in [0 s, 10 s]
+  init W where 0 s <= x <= 1 s
+  mode W { domain x <= 3 s; flow { x' = 1 }; edge go: -> G when x >= 2 s do x in [0 s, 0.5 s] }
+  mode G { domain x <= 1 s; flow { x' = 1 }; edge over: -> D when x >= 0.9 s and x < 1 s }
+  mode D { terminal; flow { x' = 0 } }
+}
+property a on N { always x <= 3 s }
+property b on N { always jump(go) implies pre(x) >= 2 s }
+"""
+    assert words(decided(tmp_path, text)) == {"a": "proved", "b": "proved"}
+
+
+def test_a_violation_is_where_the_quotient_is_defined(tmp_path):
+    text = """
+automaton M {
+  var x: 1 in [0, 2]
+  init R with x := 0
+  mode R { domain x <= 2; flow { x' = 1 s^-1 }; urgent edge back: -> R when x >= 2 do x := 0 }
+}
+property a on M { always 1/(x-1) <= 1000 }
+"""
+    found = decided(tmp_path, text)
+    assert words(found) == {"a": "refuted"}
+    assert 1 < found["a"].run.last < Q(1001, 1000)
+
+
+def test_a_run_is_followed_while_it_is_inside_the_declared_ranges(tmp_path):
+    text = """
+automaton W {
+  var x: s in [0 s, 2 s]
+  init A with x := 0 s
+  mode A { flow { x' = 1 } }
+}
+property inside on W { always x <= 2 s }
+property before on W { always x < 2 s }
+property soon on W { within 2 s; always x <= 2 s }
+property late on W { reach x >= 3 s within 4 s }
+"""
+    found = decided(tmp_path, text)
+    assert words(found) == {"inside": "unknown", "before": "refuted", "soon": "proved", "late": "unknown"}
+    assert kind(found["inside"]) == "window"
+    assert kind(found["late"]) == "window"
