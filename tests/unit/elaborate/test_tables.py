@@ -130,3 +130,9 @@ def test_a_changed_file_is_a_warning_with_a_safe_fix() -> None:
     assert found[0].fix is not None and found[0].fix.safe
     assert found[0].fix.edits[0].text == f'sha256 "{sources["t.csv"].sha256}"'
     assert [c.name for c in spec.claims] == ["p"]
+
+
+def test_a_number_beyond_all_measure_is_not_called_no_number() -> None:
+    _, found, _ = read(POLY, {"t.csv": GOOD.replace("993", "1e5000")})
+    told = "t.csv: '1e5000' in column 'p2' is too large or too small to be meant"
+    assert [(d.code, d.message) for d in found] == [("HA210", told)]

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from haverify.maths.exact import PiRational, decimal_text, parse_decimal, people_text, rounding_half
+from haverify.maths.exact import PiRational, decimal_text, parse_decimal, people_text, rounding_half, significant
 
 
 @pytest.mark.parametrize(
@@ -46,3 +46,10 @@ def test_half_a_unit_of_the_last_digit() -> None:
 def test_pi_rationals_multiply() -> None:
     assert PiRational(Fraction(1, 180), 1) * PiRational(Fraction(180), -1) == PiRational(Fraction(1), 0)
     assert PiRational(Fraction(2), 1) / PiRational(Fraction(4), 1) == PiRational(Fraction(1, 2), 0)
+
+
+def test_numbers_beyond_floats_are_shown_as_well() -> None:
+    shown = [
+        significant(q) for q in (Fraction(10) ** 400, -(Fraction(10) ** 400) / 3, Fraction(1, 10**400), Fraction(0))
+    ]
+    assert shown == ["1.0e400", "-3.33333e399", "1.0e-400", "0"]

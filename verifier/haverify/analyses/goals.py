@@ -15,7 +15,7 @@ from haverify.analyses.motion import Motion, State
 from haverify.analyses.poly_range import Work
 from haverify.analyses.quantities import facts_about
 from haverify.analyses.questions import Setting
-from haverify.analyses.telling import constants_read, part_text, place_text, unit_of
+from haverify.analyses.telling import constants_read, decimal, part_text, place_text, unit_of
 from haverify.analyses.violation import meeting_run, on_params, stuck_run, violating_run
 from haverify.evidence.certificate import cells_goal, run_goal, run_json
 from haverify.evidence.evidence import PartResult
@@ -200,7 +200,7 @@ def _run_against(context: Context, setting: Setting, j: Judged) -> Run | None:
 
 def _undecided(j: Judged, cells: Cells) -> Unknown:
     kind = cells.trouble[0] if cells.trouble is not None else "budget"
-    near = "" if j.low is None else f"the least margin seen is {float(j.low.high):.6g}"
+    near = "" if j.low is None else f"the least margin seen is {decimal(j.low.high)}"
     return Unknown(kind, f"{part_text(j.part)}: {j.reason}, and no run that violates it was found", nearest=near)
 
 

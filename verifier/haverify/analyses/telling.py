@@ -9,6 +9,7 @@ from haverify.analyses.always import Judged
 from haverify.analyses.clock_model import CLOCK, ClockModel
 from haverify.analyses.margin import middle
 from haverify.analyses.questions import Question
+from haverify.maths.exact import significant
 from haverify.maths.polynomial import variable
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.parts import Part
@@ -19,7 +20,7 @@ Q = Fraction
 
 def decimal(q: Q) -> str:
     """A rational to six significant digits."""
-    return f"{float(q):.6g}"
+    return significant(q)
 
 
 def part_text(part: Part) -> str:

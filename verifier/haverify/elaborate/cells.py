@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from haverify.elaborate.context import Context
+from haverify.maths.exact import parse_decimal
 from haverify.model.spec import EnumType
 from haverify.syntax import tree as t
 from haverify.text.record import record
@@ -35,7 +36,10 @@ def codes(enum: EnumType) -> dict[str, str]:
 def _number(code: str | None, position: int) -> int:
     if code is None:
         return position
-    return int(code[2:], 2) if code.startswith("0b") else int(float(code)) if "." not in code else position
+    if code.startswith("0b"):
+        return int(code[2:], 2)
+    value = parse_decimal(code) if "." not in code else None
+    return int(value) if value is not None and value.denominator == 1 else position
 
 
 def bits_of(ctx: Context, cells: CellSet, node: t.Expr) -> str:

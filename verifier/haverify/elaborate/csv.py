@@ -9,6 +9,9 @@ from haverify.elaborate.context import Context
 from haverify.text.source import Source
 from haverify.text.span import Span
 
+COMMAS = "separated by ';'? a comma is expected"
+LONGEST_SHOWN = 40
+
 
 class CsvCell(NamedTuple):
     """A field without quotes and surrounding blanks, and its range in the text."""
@@ -75,6 +78,11 @@ def _unquoted(field: str, start: int) -> CsvCell:
     if len(text) >= 2 and text[0] == text[-1] == '"':
         return CsvCell(text[1:-1].replace('""', '"').strip(), cell.start, cell.end)
     return cell
+
+
+def clipped(text: str) -> str:
+    """A cell to show: of what may be no table at all, not much is repeated."""
+    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "..."
 
 
 def cell_span(source: Source, cell: CsvCell) -> Span:

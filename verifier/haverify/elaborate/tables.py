@@ -9,12 +9,12 @@ from typing import Any
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import Context, Lost
-from haverify.elaborate.csv import CsvCell, CsvRow, cell_span, read_csv, shown_path
+from haverify.elaborate.csv import COMMAS, CsvCell, CsvRow, cell_span, clipped, read_csv, shown_path
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, of_type
 from haverify.elaborate.scope import Symbol, Table
 from haverify.elaborate.spelling import nearest
-from haverify.maths.exact import parse_decimal, rounding_half
+from haverify.maths.exact import is_decimal, parse_decimal, rounding_half
 from haverify.model.expression import Expr, number
 from haverify.model.hybrid import Constant, Param, Range
 from haverify.model.spec import Cell, EnumType
@@ -323,8 +323,9 @@ def cell_number(reading: Reading, row: CsvRow, position: int, column: str) -> Fr
     place = _place(reading, row, position)
     if not text:
         reading.ctx.fail("HA210", f"{reading.file}: cell '{column}' of line {row.line} is missing", place)
-    shown = text if len(text) <= 40 else text[:40] + "..."
-    return reading.ctx.fail("HA210", f"{reading.file}: '{shown}' in column '{column}' is not a number", place)
+    wrong = "too large or too small to be meant" if is_decimal(text) else "not a number"
+    told = f"{reading.file}: '{clipped(text)}' in column '{column}' is {wrong}"
+    return reading.ctx.fail("HA210", told, place, help=COMMAS if ";" in text else None)
 
 
 def enter_cell(

@@ -35,6 +35,12 @@ def parse_decimal(text: str) -> Fraction | None:
     return q if fits(q) else None
 
 
+def is_decimal(text: str) -> bool:
+    """Whether `text` is written as a number, of whatever size."""
+    m = _DECIMAL.fullmatch(text)
+    return m is not None and bool(m[2] or m[3])
+
+
 def _shift(digits: int, exponent: int) -> Fraction:
     if exponent >= 0:
         return Fraction(digits * _power_of_ten(exponent))
@@ -83,6 +89,15 @@ def _rounded(q: Fraction, digits: int) -> str:
         text = decimal_text(Fraction(int(mantissa)) * Fraction(10) ** (e - digits + 1))
         return sign + (text or "")
     return f"{sign}{mantissa[0]}.{mantissa[1:].rstrip('0') or '0'}e{e}"
+
+
+def significant(q: Fraction) -> str:
+    """`q` to six significant digits, for reading; a number too large or small for a float as well."""
+    try:
+        near = float(q)
+    except OverflowError:
+        near = 0.0
+    return f"{near:.6g}" if near or q == 0 else _rounded(q, 6)
 
 
 def leading_exponent(q: Fraction) -> int:
