@@ -135,14 +135,12 @@ class Motion:
 
         The domain bounds it, an urgent edge that is due, or `limit`; what is beyond a declared range is not viewed.
         """
-        seen = stretches(self.along(self.declared, state), FAR if limit is None else limit)
-        if not seen or seen[0].low > 0:
-            return None
-        view = seen[0].high
+        view = FAR if limit is None else limit
+        seen = stretches(self.along(self.declared, state), view)
         inside = stretches(self.along(self.domain(state.mode), state), view)
-        if not inside or inside[0].low > 0:
+        if not seen or seen[0].low > 0 or not inside or inside[0].low > 0:
             return None
-        end, ended = inside[0].high, inside[0].high < view
+        end, ended = min(inside[0].high, seen[0].high), inside[0].high < view and inside[0].high <= seen[0].high
         for k in self.model.leaving[state.mode]:
             if self.model.edge(k).urgent:
                 due = self.due(state, k, view)
