@@ -74,3 +74,26 @@ property late on W { reach x >= 3 s within 4 s }
     assert words(found) == {"inside": "unknown", "before": "refuted", "soon": "proved", "late": "unknown"}
     assert kind(found["inside"]) == "window"
     assert kind(found["late"]) == "window"
+
+
+TWO_MODES = """
+automaton A {
+  var x: s in [0 s, 5 s]
+  init M with x := 0 s
+  mode M { domain x <= 2 s; flow { x' = 1 }; edge go: -> N when x == 2 s do x := 0 s }
+  mode N { domain x <= 1 s; flow { x' = 2 }; urgent edge back: -> M when x >= 1 s do x := 0 s }
+}
+"""
+
+
+def test_a_claim_whose_premise_no_state_satisfies_is_vacuous(tmp_path):
+    text = TWO_MODES + """
+property far on A { always x > 3 s implies x < 0 s }
+property there on A { always at(N) and x > 2 s implies x < 0 s }
+property both on A { always (x > 3 s implies x < 0 s) and (x > 4 s implies x < 1 s) }
+property one on A { always (x > 3 s implies x < 0 s) and (x > 1 s implies x < 3 s) }
+property end on A { always x >= 2 s implies at(M) }
+"""
+    found = decided(tmp_path, text)
+    assert [kind(found[k]) for k in ("far", "there", "both")] == ["vacuous"] * 3
+    assert {k: words(found)[k] for k in ("one", "end")} == {"one": "proved", "end": "proved"}

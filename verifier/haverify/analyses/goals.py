@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -12,7 +12,7 @@ from haverify.analyses.clocked import Cells
 from haverify.analyses.context import Context, cells_name, state_json
 from haverify.analyses.counterexample import choices
 from haverify.analyses.motion import Motion, State
-from haverify.analyses.poly_range import Work
+from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.quantities import facts_about
 from haverify.analyses.questions import Setting
 from haverify.analyses.telling import constants_read, decimal, part_text, place_text, unit_of
@@ -144,14 +144,26 @@ def _vacuous(reason: str) -> Answer:
 
 def _vacuity(setting: Setting, asked: list[Part], judged: list[Judged], cells: Cells) -> Answer | None:
     """Nothing is proved of nothing: a claim whose whole premise is never true is not decided (rule of verdicts 3)."""
-    if cells.trouble is not None or any(j.touched for j in judged):
+    if cells.trouble is not None or not all(j.proved for j in judged):
         return None
-    if not all(c.op == "implies" for c in conjuncts(pushed(setting.goal.condition))):
+    members = conjuncts(pushed(setting.goal.condition))
+    if not all(c.op == "implies" for c in members):
         return None
+    if any(j.touched for j in judged):
+        premises = dict.fromkeys(c.children[0] for c in members)
+        return _vacuous("the premise is never true on any run") if _never_true(setting, premises, cells) else None
     if not asked:
         return _vacuous("the premise is never true, whatever the run")
     places = ", ".join(dict.fromkeys(p.where for p in asked[:6]))
     return _vacuous(f"the premise is never true: no run comes to {places}")
+
+
+def _never_true(setting: Setting, premises: Iterable[Expr], cells: Cells) -> bool:
+    """Whether it is proved that no state of the cells satisfies one of the premises."""
+    model, work = setting.model, Work(ENOUGH // 10)
+    denied = Expr("and", tuple(Expr("not", (p,)) for p in premises))
+    asked = parts(denied, model.automaton, model.index)
+    return all(judge(setting, part, cells, work, with_margin=False).proved for part in asked)
 
 
 def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cells, answer: Answer) -> Json:
@@ -164,6 +176,7 @@ def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cel
     verdict: Verdict
     if j.proved:
         entry["proof"] = j.trees
+        margin = margin if margin is None else replace(margin, low=max(margin.low, Q(0)))
         verdict = Proved(margin)
     else:
         run = _run_against(context, setting, j)
