@@ -136,3 +136,9 @@ def test_a_number_beyond_all_measure_is_not_called_no_number() -> None:
     _, found, _ = read(POLY, {"t.csv": GOOD.replace("993", "1e5000")})
     told = "t.csv: '1e5000' in column 'p2' is too large or too small to be meant"
     assert [(d.code, d.message) for d in found] == [("HA210", told)]
+
+
+@pytest.mark.parametrize("digits", ["0", "1.5", "51", "1e9", "999999999"])
+def test_digits_are_few_and_whole(digits: str) -> None:
+    _, found, _ = read(POLY.replace("digits 4", f"digits {digits}"), {"t.csv": GOOD})
+    assert [(d.code, d.message) for d in found] == [("HA105", "a number of digits is an integer from 1 to 50")]

@@ -27,7 +27,9 @@ def names(text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("text", "line", "column", "message"),
     [
-        ("", 1, 1, "expected a declaration, found end of file"),
+        ("", 1, 1, 'the file is empty: start with `spec "..." version "1.0"`, or run `haverify init`'),
+        ("// b", 1, 1, "expected a declaration, found end of file"),
+        ('spec "x" version "9.0"', 1, 18, "this version of haverify reads language version 1.0, not '9.0'"),
         (HEAD + "property p { always h < }", 2, 25, "expected an expression after '<', found '}'"),
         (HEAD + "property p { always h <\n}", 2, 24, "expected an expression after '<', found end of line"),
         (HEAD + "const a =", 2, 10, "expected an expression after '=', found end of file"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from importlib import import_module
 from pathlib import Path
 
@@ -43,6 +44,8 @@ def _docstring(name: str) -> str:
 
 
 def _unknown(topic: str, names: list[str]) -> str:
+    if re.fullmatch(r"HA\d{3}", topic.upper()):
+        return f"no such code: {topic.upper()}"
     from difflib import get_close_matches
 
     near = get_close_matches(topic.upper(), names, 1) or get_close_matches(topic.lower(), names, 1)

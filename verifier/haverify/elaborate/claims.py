@@ -13,8 +13,9 @@ from haverify.elaborate.attributes import allowed_codes
 from haverify.elaborate.automaton import Machine
 from haverify.elaborate.context import Context, Lost, NeedsMode
 from haverify.elaborate.definedness import check_claim
-from haverify.elaborate.expressions import Env, boolean, denote, range_in, real, seconds, source_name
+from haverify.elaborate.expressions import Env, boolean, denote, later, range_in, real, source_name
 from haverify.elaborate.file import FileScope
+from haverify.elaborate.limits import LONGEST_NAME, MOST_JUMPS, whole
 from haverify.elaborate.paths import target_mode
 from haverify.elaborate.resets import bound_text, placed
 from haverify.elaborate.scope import Scope, Symbol, Typed
@@ -62,6 +63,11 @@ def _inner_invariants(work: _Claims, env: Env, symbol: Symbol) -> None:
 def _enter(work: _Claims, env: Env, item: t.Item, decl: t.Property | t.Invariant, inside: Symbol | None) -> None:
     """One claim per value; an error loses the claim, and its name with it."""
     head = decl.declared
+    if len(head.name) > LONGEST_NAME:
+        told = f"a name of {len(head.name)} letters: the name of a claim has at most {LONGEST_NAME}"
+        work.ctx.report("HA001", told, head.span)
+        work.lost.append((head.name[:LONGEST_NAME], head.span, "its name is too long"))
+        return
     try:
         places = list(placed(env, head.family))
     except Lost:
@@ -199,8 +205,8 @@ def _goal(env: Env, goal: t.Goal) -> Goal:
         condition = A.negation(condition, goal.condition.span)
     window = None
     if goal.window is not None:
-        window = (seconds(env, goal.window[0], "a time"), seconds(env, goal.window[1], "a time"))
-    within = seconds(env, goal.within, "a time") if goal.within is not None else None
+        window = (later(env, goal.window[0], "a time"), later(env, goal.window[1], "a time"))
+    within = later(env, goal.within, "a time") if goal.within is not None else None
     kind = "always" if goal.kind == "never" else goal.kind
     return Goal(kind, condition, window, within, goal.attracting, goal.span)
 
@@ -209,11 +215,9 @@ def _horizon(env: Env, lines: list[t.Horizon]) -> tuple[Expr | None, int | None]
     time, jumps = None, None
     for line in lines:
         if line.time is not None:
-            time = seconds(env, line.time, "a horizon")
+            time = later(env, line.time, "a horizon")
         if line.jumps is not None:
-            if line.jumps.value.denominator != 1:
-                env.ctx.fail("HA105", "a number of jumps is an integer", line.jumps.span)
-            jumps = int(line.jumps.value)
+            jumps = whole(env.ctx, line.jumps, "a number of jumps", 0, MOST_JUMPS)
     return time, jumps
 
 

@@ -12,6 +12,7 @@ from haverify.elaborate.limits import spend
 from haverify.elaborate.scope import Cases, Members, Row, Scope, SetValue, Symbol, Typed
 from haverify.elaborate.selection import by_cases, mapped
 from haverify.elaborate.units import alike, to_unit, unit_phrase
+from haverify.elaborate.values import exact_value
 from haverify.maths.exact import fits
 from haverify.model.expression import Expr, number
 from haverify.model.hybrid import Range
@@ -623,15 +624,25 @@ def seconds(env: Env, node: t.Expr, what: str) -> Expr:
     return to_unit(env.ctx, real(env, node), None if env.ctx.unitless else SECOND, what, node.span)
 
 
+def later(env: Env, node: t.Expr, what: str) -> Expr:
+    """A duration in s that is not negative, as far as it is a number: nothing happens before 0 s."""
+    e = seconds(env, node, what)
+    bare = e.args[2] if e.op == "scale" else e
+    value = exact_value(env.ctx, bare) if isinstance(bare, Expr) else None
+    if value is not None and value < 0:
+        env.ctx.fail("HA105", f"{what} is not negative: runs begin at 0 s", node.span)
+    return e
+
+
 def _temporal(env: Env, node: t.Temporal, expect: str | None) -> Typed:
     _needs_stl(env, node.kind, node.span)
-    low, high = seconds(env, node.low, "a time"), seconds(env, node.high, "a time")
+    low, high = later(env, node.low, "a time"), later(env, node.high, "a time")
     return Typed(Expr(node.kind, (low, high, boolean(env, node.body)), None, node.span), "bool")
 
 
 def _until(env: Env, node: t.Until, expect: str | None) -> Typed:
     _needs_stl(env, "until", node.span)
-    low, high = seconds(env, node.low, "a time"), seconds(env, node.high, "a time")
+    low, high = later(env, node.low, "a time"), later(env, node.high, "a time")
     left, right = boolean(env, node.left), boolean(env, node.right)
     return Typed(Expr("until", (low, high, left, right), None, node.span), "bool")
 

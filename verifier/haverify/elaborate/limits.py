@@ -4,12 +4,24 @@ from __future__ import annotations
 
 from haverify.elaborate.context import Context
 from haverify.model.expression import Expr, operands
+from haverify.syntax import tree as t
 from haverify.text.span import Span
 
 MOST_NODES = 20_000
 DEEPEST = 150
 MOST_CASES = 100
 MOST_BINDINGS = 100_000
+MOST_JUMPS = 1_000_000
+MOST_DIGITS = 50
+LONGEST_NAME = 100
+"""Letters of a claim's name, which names files."""
+
+
+def whole(ctx: Context, number: t.Number, what: str, low: int, high: int) -> int:
+    """The integer that is written; HA105 for any other number, or one outside of `low..high`."""
+    if number.value.denominator != 1 or not low <= number.value <= high:
+        ctx.fail("HA105", f"{what} is an integer from {low} to {high}", number.span)
+    return int(number.value)
 
 
 def check_size(ctx: Context, e: Expr, span: Span) -> None:

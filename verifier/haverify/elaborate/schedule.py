@@ -77,6 +77,8 @@ def _check_order(env: Env, schedule: t.Schedule, times: list[Expr]) -> None:
         if a is not None and b is not None and b <= a:
             unit = f" {times[k].unit}" if times[k].unit else ""
             told = f"mode {slot.mode} ends at {_plain(b)}{unit}, before it begins ({_plain(a)}{unit})"
+            if a == b:
+                told = f"mode {slot.mode} has no length: it begins and ends at {_plain(a)}{unit}"
             env.ctx.report("HA203", told, slot.until.span, label="not later than the time before it")
 
 

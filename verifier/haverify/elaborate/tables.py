@@ -12,6 +12,7 @@ from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.csv import COMMAS, CsvCell, CsvRow, cell_span, clipped, read_csv, shown_path
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, of_type
+from haverify.elaborate.limits import MOST_DIGITS, whole
 from haverify.elaborate.scope import Symbol, Table
 from haverify.elaborate.spelling import nearest
 from haverify.maths.exact import is_decimal, parse_decimal, rounding_half
@@ -175,7 +176,10 @@ def _poly_shape(reading: Reading, header: dict[str, int], line: t.TableLine) -> 
     first, last = (_position(reading, header, n, line.span) for n in (line.name, line.last))
     if last < first:
         reading.ctx.fail("HA210", f"column '{line.last}' is left of '{line.name}'", line.span)
-    digits = [int(d.number.value) for d in reading.lines("digits") if d.number is not None]
+    digits = [
+        whole(reading.ctx, d.number, "a number of digits", 1, MOST_DIGITS)
+        for d in reading.lines("digits") if d.number is not None
+    ]  # fmt: skip
     names = list(header)
     columns = tuple(_Column(names[k], k, None, digits=digits[0] if digits else None) for k in range(first, last + 1))
     result = _result_unit(reading, line)

@@ -14,6 +14,7 @@ from haverify.syntax import tree
 from haverify.syntax.language import Language
 from haverify.text.span import Span
 
+VERSION = "1.0"  # of the language
 BROKEN = "broken"  # stands where an item could not be read
 MOST_DIGITS, MOST_EXPONENT = 2000, 2000
 NO_NUMBER = (
@@ -76,6 +77,9 @@ class Builder:
     # ---- names, constants, data -------------------------------------------------
 
     def spec_hdr(self, c: list[Any], s: int, e: int) -> tree.SpecHeader:
+        if _string(c[1]) != VERSION:
+            told = f"this version of haverify reads language version {VERSION}, not '{_string(c[1])[:20]}'"
+            self._report(told, self._place(c[1]))
         return tree.SpecHeader(_string(c[0]), _string(c[1]), c[2] is not None, self._span(s, e))
 
     def import_(self, c: list[Any], s: int, e: int) -> tree.Import:

@@ -28,6 +28,9 @@ def _refusal(source: Source) -> Diagnostic | None:
     if len(source.text) > MOST_CHARACTERS:
         message = f"the file has {len(source.text)} characters; a spec has at most {MOST_CHARACTERS}"
         return Diagnostic("HA001", message, Span(source.path, 0, 0))
+    if not source.text.strip():
+        message = 'the file is empty: start with `spec "..." version "1.0"`, or run `haverify init`'
+        return Diagnostic("HA001", message, Span(source.path, 0, 0))
     strange = NOT_TEXT.search(source.text)
     if strange:
         message = f"this is not a text file: it contains the control character {ord(strange[0]):#04x}"
