@@ -144,14 +144,23 @@ class Walk:
             env[r["var"]] = at.poly(r["to"]) if "to" in r else chosen[r["var"]]
         return Instant(self.model.scope, edge["target"], env, time=at.time, edge=edge["name"], before=at)
 
-    def enabled(self, k: int, at: Instant, neg: bool) -> Formula:
-        """S9; for edges that choose values the outcome counts as possible, so only the negation is of use."""
+    def enabled(self, k: int, at: Instant, neg: bool, chosen: dict[str, Poly] | None = None) -> Formula:
+        """S9; for edges that choose values the outcome counts as possible, so only the negation is of use, unless
+        `chosen` says which are taken."""
         edge = self.model.a["edges"][k]
         guard = at.formula(edge["guard"], neg)
-        if any("to" not in r for r in edge["resets"]):
-            return guard if neg else False
-        landed = self.landing(k, at, {})
-        return disj([guard, landed.outside]) if neg else conj([guard, landed.domain])
+        if neg and any("to" not in r for r in edge["resets"]):
+            return guard
+        landed = self.landing(k, at, chosen or {})
+        if neg:
+            return disj([guard, landed.outside])
+        return conj([guard, landed.domain, *self._possible(k, at, chosen or {})])
+
+    def _possible(self, k: int, at: Instant, chosen: dict[str, Poly]) -> list[Formula]:
+        """The chosen values are among those that edge k leaves open."""
+        sets = [r for r in self.model.a["edges"][k]["resets"] if "to" not in r]
+        return [_compared(op, at.poly(r[end]), chosen[r["var"]])
+                for r in sets for op, end in (("<=", "low"), (">=", "high"))]  # fmt: skip
 
     def jump(self, k: Json, values: Json) -> Instant:
         """Take edge k: its guard holds as written, or it is urgent and due; the outcome is in the target's domain."""
@@ -162,13 +171,11 @@ class Walk:
         values = {} if values is None else values
         if set(values) != {r["var"] for r in sets}:
             raise Refused("a run does not choose the values that its edge leaves open")
-        if not self.surely(at.formula(edge["guard"])) and not (edge["urgent"] and self._due(k)):
-            raise Refused(f"a run takes edge {edge['name']} where its guard does not hold")
         chosen = {v: const(number(q)) for v, q in values.items()}
+        if not self.surely(at.formula(edge["guard"])) and not (edge["urgent"] and self._due(k, chosen)):
+            raise Refused(f"a run takes edge {edge['name']} where its guard does not hold")
         landed = self.landing(k, at, chosen)
-        for r in sets:
-            ends = [_compared(op, at.poly(r[end]), chosen[r["var"]]) for op, end in (("<=", "low"), (">=", "high"))]
-            self.need(conj(ends), "a chosen value is not a possible one")
+        self.need(conj(self._possible(k, at, chosen)), "a chosen value is not a possible one")
         state = {v: landed.env[v] for v in self.values}
         self._typed(state)
         self.mode, self.values, self.edge = edge["target"], state, k
@@ -185,8 +192,8 @@ class Walk:
         moved = {v: add(x, mul(var("s"), substitute(rates[v], self.params, {}))) for v, x in self.values.items()}
         return self.instant(moved, var("s"))
 
-    def _due(self, k: int) -> bool:
-        f = self.enabled(k, self._soon(), neg=False)
+    def _due(self, k: int, chosen: dict[str, Poly]) -> bool:
+        f = self.enabled(k, self._soon(), neg=False, chosen=chosen)
         return variables(f) <= {"s"} and sturm.soon(f, ZERO)
 
     def stuck(self) -> bool:

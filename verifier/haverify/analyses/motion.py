@@ -142,10 +142,9 @@ class Motion:
             return None
         end, ended = min(inside[0].high, seen[0].high), inside[0].high < view and inside[0].high <= seen[0].high
         for k in self.model.leaving[state.mode]:
-            if self.model.edge(k).urgent:
-                due = self.due(state, k, view)
-                if due is not None and due <= end:
-                    end, ended = due, True
+            opened = self._opened(state, k, view) if self.model.edge(k).urgent else []
+            if opened and opened[0].low <= end:  # where no outcome is seen there may be one: not followed further
+                end, ended = opened[0].low, self._leads_on(state, k, opened[0])
         return end, ended
 
     def due(self, state: State, k: int, view: Q) -> Q | None:
@@ -155,11 +154,18 @@ class Motion:
 
     def openings(self, state: State, k: int, view: Q) -> list[Stretch]:
         """When an edge is enabled, the source's domain ignored."""
+        return [s for s in self._opened(state, k, view) if self._leads_on(state, k, s)]
+
+    def _opened(self, state: State, k: int, view: Q) -> list[Stretch]:
+        """When an edge is enabled, if it is one that chooses values and some choice is possible."""
+        return stretches(self.along(self.enabled(k), state), view)
+
+    def _leads_on(self, state: State, k: int, opened: Stretch) -> bool:
+        """Whether some choice is seen to be possible there; true of an edge that chooses nothing."""
         edge = self.model.edge(k)
-        found = stretches(self.along(self.enabled(k), state), view)
         if not any(r.is_set for r in edge.resets.values()):
-            return found
-        return [s for s in found if any(True for _ in self.outcomes(self.at(state, (s.low + s.high) / 2), edge))]
+            return True
+        return any(True for _ in self.outcomes(self.at(state, (opened.low + opened.high) / 2), edge))
 
     def outcomes(self, state: State, edge: ClockEdge) -> Iterator[tuple[State, dict[str, Q]]]:
         """Some states that an edge makes of a state, with the values chosen by set resets; all in the
