@@ -389,7 +389,7 @@ class Cells:
     def due(self, i: int, k: int) -> tuple[Fraction, Fraction, Box] | None:
         """Where edge k certainly becomes enabled: the scaled dwells between which, and the states until then.
 
-        Its guard must be a conjunction of bounds on single variables that hold from some scaled dwell on.
+        Its guard must be a conjunction of bounds on single variables that hold from some scaled dwell on, or one `==`.
         """
         c, guard, model = self.cells[i], self.model.guard(k), self.model
         slopes, first, last, strict = model.flow(c.mode)[1], Fraction(0), Fraction(0), False
@@ -398,6 +398,7 @@ class Cells:
         members = () if guard is True else guard[1:] if guard[0] == "and" else (guard,)
         moving: Box = {}
         reached: Box = {}
+        moved: list[str] = []
         for f in members:
             if f[0] not in ("and", "or") and not names(f[1]) & set(c.entry) and model.certainly(f, c.entry):
                 continue
@@ -409,12 +410,18 @@ class Cells:
                 if not slope and model.certainly(f, c.entry):
                     continue
                 far, near = (b, a) if upper else (a, b)
-                if far is None or near is None or slope == 0 or (slope < 0) is not upper or f[0] == "==":
+                exact = f[0] == "=="
+                if far is None or near is None or slope == 0 or ((slope < 0) is not upper and not exact):
                     return None
                 ends = sorted(((low - near) / slope, (high - near) / slope, (low - far) / slope, (high - far) / slope))
+                if exact and ends[0] < 0:
+                    return None  # some state is past the instant
+                moved.append(f[0])
                 first, last, strict = max(first, ends[0]), max(last, ends[3]), strict or tight
                 moving[v] = hull(moving.get(v, (a, b)), (low, high))
                 reached[v] = meet(reached.get(v, (None, None)), (None, high) if upper else (low, None))
+        if "==" in moved and moved != ["==", "=="]:
+            return None  # what holds at one instant only need not hold together with the rest
         margin = Fraction(1, 10**9) if strict else Fraction(0)
         states, until = self.at(i, (first, last + margin)), self.at(i, (Fraction(0), last))
         if len(moving) == 1:
@@ -432,7 +439,21 @@ class Cells:
             return c.stay[1] is None or due[1] <= c.stay[1]
         loose = all(op != "<" or model.certainly((op, p), c.entry) for op, p in literals(model.guard(k)))
         box = model.narrow(conj([model.guard(k, closed=True), model.domain(c.mode)]), self.at(i, (due[0], c.stay[1])))
+        loose = loose and self._at_the_end(i, k)
         return loose and c.stay[1] is not None and self.ends(i) and box is not None and model.lands(k, box)
+
+    def _at_the_end(self, i: int, k: int) -> bool:
+        """Is what the guard of edge k wants to be equal equal at the end of every stay, which the domain forces?"""
+        c, model = self.cells[i], self.model
+        space = model.narrow(model.domain(c.mode), self.at(i, (Fraction(0), None)))
+        for op, p in literals(model.guard(k)):
+            for v, upper, _, low, high in (model.bounds(op, p) or ()) if op == "==" else ():
+                slope = model.flow(c.mode)[1][v]
+                if slope and upper is (slope > 0):
+                    limit = (None, low) if upper else (high, None)
+                    if space is None or not inside(space[v], limit):
+                        return False
+        return True
 
     def never_stuck(self, i: int, time: Fraction | None) -> bool:
         """Can a run in cell i always go on, at least until `time`?"""

@@ -97,3 +97,43 @@ property end on A { always x >= 2 s implies at(M) }
     found = decided(tmp_path, text)
     assert [kind(found[k]) for k in ("far", "there", "both")] == ["vacuous"] * 3
     assert {k: words(found)[k] for k in ("one", "end")} == {"one": "proved", "end": "proved"}
+
+
+def test_an_edge_with_an_equation_is_taken_at_the_end_of_the_domain(tmp_path):
+    text = TWO_MODES + """
+property on on A { never stuck }
+property two on A { reach at(N) within 2 s }
+property round on A { reach jump(back) within 2.5 s }
+property soon on A { reach jump(back) within 2.4 s }
+"""
+    found = decided(tmp_path, text)
+    assert words(found) == {"on": "proved", "two": "proved", "round": "proved", "soon": "refuted"}
+
+
+def test_an_equation_may_be_passed_before_the_end_or_not_hold_with_the_rest(tmp_path):
+    text = """
+automaton A {
+  var x: s in [0 s, 5 s]
+  init M with x := 0 s
+  mode M { domain x <= 3 s; flow { x' = 1 }; edge go: -> N when x == 2 s }
+  mode N { terminal; flow { x' = 0 } }
+}
+automaton B {
+  var x: s in [0 s, 5 s]
+  init M with x := 0 s
+  mode M { domain x <= 2 s; flow { x' = 1 }; edge go: -> N when x == 2 s and x == 1 s }
+  mode N { terminal; flow { x' = 0 } }
+}
+automaton C {
+  var x: s in [0 s, 5 s]
+  init M where x <= 3 s
+  mode M { domain x <= 4 s; flow { x' = 1 }; urgent edge go: -> N when x == 2 s }
+  mode N { terminal; flow { x' = 0 } }
+}
+property a on A { never stuck }
+property b on B { never stuck }
+property c on C { never stuck }
+property d on C { always at(M) implies x <= 2 s }
+property e on C { reach at(N) within 5 s }
+"""
+    assert words(decided(tmp_path, text)) == dict.fromkeys("abcde", "refuted")

@@ -37,6 +37,8 @@ class _Bounds:
     first: Q = Q(0)
     last: Q = Q(0)
     strict: bool = False
+    instants: int = 0  # bounds that hold at one instant only
+    bounds: int = 0
     moving: dict[str, Interval] = field(default_factory=dict)  # where the variable is, from entry to its bound
     reached: dict[str, Interval] = field(default_factory=dict)  # where the bound holds
 
@@ -44,7 +46,8 @@ class _Bounds:
 def opening(f: Formula, model: ClockModel, cell: Cell) -> Opening | None:
     """When a formula begins to hold; None where that is not certain for all entries and params.
 
-    Each conjunct bounds a single variable and holds from some scaled dwell on, or holds all the time.
+    Each conjunct bounds a single variable and holds from some scaled dwell on, or holds all the time; or a single one
+    holds at one instant (`==`), and the others all the time.
     """
     if isinstance(f, bool):
         return _opening(_Bounds(), model, cell) if f else None
@@ -53,28 +56,33 @@ def opening(f: Formula, model: ClockModel, cell: Cell) -> Opening | None:
     for m in f.members if isinstance(f, Junction) and f.is_and else (f,):
         if not certainly(model, m, still) and not (isinstance(m, Literal) and _collect(found, m, model, cell)):
             return None
-    return _opening(found, model, cell)
+    return None if found.instants and found.bounds > 1 else _opening(found, model, cell)
 
 
 def _collect(found: _Bounds, f: Literal, model: ClockModel, cell: Cell) -> bool:
     """Note a bound on a variable that moves towards it; False where the literal is none."""
     one = single(f.polynomial, cell.entry)
-    if one is None or f.op not in ("<", "<="):
+    if one is None or f.op == "!=":
         return False
     v, factor, rest = one
     if v is None:
         return False
     slope, entry = model.mode(cell.mode).slopes[v], cell.entry[v]
-    if slope * factor >= 0 or entry.low is None or entry.high is None:
+    if not slope or entry.low is None or entry.high is None or (slope * factor > 0 and f.op != "=="):
         return False
     if not all(n in model.params for n in rest.variables):
         return False
     low, high = sorted(-x / factor for x in range_on(rest, model.params))
     dwells = [(bound - end) / slope for bound in (low, high) for end in (entry.low, entry.high)]
+    if f.op == "==" and min(dwells) < 0:
+        return False  # some state is past the instant
+    found.bounds, found.instants = found.bounds + 1, found.instants + (f.op == "==")
     found.first, found.last = max(found.first, min(dwells)), max(found.last, *dwells)
     found.strict = found.strict or f.op == "<"
     found.moving[v] = found.moving.get(v, entry.closed).hull(Interval(low, high))
     holds = Interval(None, high) if factor > 0 else Interval(low, None)
+    if f.op == "==":
+        holds = Interval(low, high)
     found.reached[v] = found.reached.get(v, EVERYTHING).meet(holds)
     return True
 

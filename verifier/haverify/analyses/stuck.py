@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from haverify.analyses.bounds import Box, narrow
+from haverify.analyses.bounds import Box, Interval, narrow, single
 from haverify.analyses.cell import moved
-from haverify.analyses.clock_model import closed
+from haverify.analyses.clock_model import ClockEdge, closed
 from haverify.analyses.clocked import Cells
 from haverify.analyses.opening import certainly, certainly_lands, due
+from haverify.maths.bernstein import bounds as range_on
+from haverify.maths.polynomial import constant
 from haverify.obligations.formula import conjunction, literals
 
 Q = Fraction
@@ -46,8 +48,26 @@ def certain_exit(cells: Cells, index: int, k: int) -> bool:
     strict = [leaf for leaf in literals(edge.guard) if leaf.op == "<"]
     if cell.dwell is None or not all(certainly(model, leaf, cell.entry) for leaf in strict):
         return False
+    if not _at_the_end(cells, index, edge):
+        return False
     gate = narrow(conjunction([closed(edge.guard), domain]), states(cells, index, found.first), model.params)
     return gate is not None and certainly_lands(model, edge, gate)
+
+
+def _at_the_end(cells: Cells, index: int, edge: ClockEdge) -> bool:
+    """Whether what the guard wants to be equal is so at the end of every stay, which the domain forces."""
+    model, cell = cells.model, cells.cells[index]
+    mode = model.mode(cell.mode)
+    space = {v: moved(x, mode.slopes[v], ENTRY, None) for v, x in cell.entry.items()}
+    inside = narrow(mode.domain, space, model.params)
+    for leaf in literals(edge.guard):
+        v, factor, rest = (single(leaf.polynomial, cell.entry) if leaf.op == "==" else None) or (None, Q(0), constant(0))
+        if v is not None and mode.slopes[v] and all(n in model.params for n in rest.variables):
+            low, high = sorted(-x / factor for x in range_on(rest, model.params))
+            limit = Interval(None, low) if mode.slopes[v] > 0 else Interval(high, None)
+            if inside is None or not limit.contains(inside[v]):
+                return False
+    return True
 
 
 def states(cells: Cells, index: int, first: Q = ENTRY) -> Box:
