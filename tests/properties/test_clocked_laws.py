@@ -8,10 +8,12 @@ import tempfile
 from fractions import Fraction as Q
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.properties.clocked import COMPARE, Walker, machines, small, text
 
+from haverify.analyses import counterexample, inevitable
 from haverify.analyses.portfolio import decide_all
 from haverify.elaborate.elaborate import elaborate
 from haverify.elaborate.files import Files
@@ -22,6 +24,16 @@ from haverify.text.source import Source
 
 VERIFIER = Path(__file__).parents[2] / "verifier"
 HORIZON = Q(4)
+SOME = Q(1, 4)  # of the usual work
+
+
+@pytest.fixture(autouse=True, scope="module")
+def short_searches():
+    """Searches for runs and for ways to a goal give up early: what they find is judged, not how far they look."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(counterexample, "MOST_NODES", 80)
+        patch.setattr(inevitable, "MOST", 60)
+        yield
 
 
 @st.composite
@@ -67,11 +79,15 @@ def cases(draw):
 
 
 def spec_of(machine, claims):
-    source = Source("random.ha", text(machine, [c[1] for c in claims]), "")
+    return spec_from(text(machine, [c[1] for c in claims]), len(claims))
+
+
+def spec_from(content, claims):
+    source = Source("random.ha", content, "")
     tree, problems = parse(source)
     spec, found = elaborate(tree, Files({source.path: source}, {}, {}))
-    assert not problems and all(d.code not in ("HA001", "HA002", "HA003", "HA101", "HA105") for d in found), source.text
-    assert len(spec.claims) == len(claims), source.text
+    assert not problems and all(d.code not in ("HA001", "HA002", "HA003", "HA101", "HA105") for d in found), content
+    assert len(spec.claims) == claims, content
     return spec
 
 
@@ -122,19 +138,37 @@ def contradicts(verdict, kind, judge, walker, run):
 
 
 @given(cases())
-@settings(max_examples=12, deadline=None, derandomize=True, database=None)
+@settings(max_examples=25, deadline=None, derandomize=True, database=None)
 def test_verdicts_are_accepted_and_no_run_contradicts_them(case):
     machine, claims, seed = case
     spec = spec_of(machine, claims)
-    evidence = decide_all(spec)
+    evidence = decide_all(spec, budget=SOME)
     assert refused(spec, evidence) == {}, text(machine, [c[1] for c in claims])
     assert contradicted(machine, claims, evidence, seed) == set(), text(machine, [c[1] for c in claims])
 
 
 @given(cases(), st.sampled_from([Q(1, 4000), Q(1, 400), Q(1, 40)]))
-@settings(max_examples=8, deadline=None, derandomize=True, database=None)
+@settings(max_examples=15, deadline=None, derandomize=True, database=None)
 def test_less_work_decides_less_but_not_otherwise(case, budget):
     spec = spec_of(*case[:2])
-    full, less = decide_all(spec), decide_all(spec, budget=budget)
+    full, less = decide_all(spec, budget=SOME), decide_all(spec, budget=budget)
     for name, e in less.items():
         assert isinstance(e.verdict, Unknown) or type(e.verdict) is type(full[name].verdict), name
+
+
+EDGES = {
+    "an urgent edge none of whose outcomes is possible": "urgent edge e0: -> M0 when x >= 1 do { x in [3, 4] }",
+    "an urgent edge that chooses, due before its guard holds": "urgent edge e0: -> M0 when x > 1 do { x in [0, 1/2] }",
+    "an urgent edge that chooses by the state": "urgent edge e0: -> M0 when x > 1 do { x in [x - 1, x - 1/2] }",
+    "a plain edge that chooses": "edge e0: -> M0 when x >= 1 do { x in [1/2, 3] }",
+}
+
+
+@pytest.mark.parametrize("edge", EDGES.values(), ids=EDGES.keys())
+def test_certificates_about_choices_are_accepted(edge):
+    claims = ["never stuck", "always x <= 1", "can reach jump(e0)", "reach jump(e0) within 4", "reach x > 9 within 1"]
+    mode = ["  mode M0 {", "    domain x <= 2", "    flow { x' = 1 }", "    " + edge, "  }", "}"]
+    head = ['spec "random" version "1.0" unitless', "automaton A {", "  var x", "  init M0 with { x := 0 }"]
+    asked_for = [f"property c{n} on A {{ {c} }}" for n, c in enumerate(claims)]
+    spec = spec_from("\n".join([*head, *mode, *asked_for]) + "\n", len(claims))
+    assert refused(spec, decide_all(spec, budget=SOME)) == {}
