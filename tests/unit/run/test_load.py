@@ -1,5 +1,6 @@
 """Reading specs, imports and data files, and what can be wrong with them."""
 
+import os
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -103,3 +104,24 @@ def test_what_is_no_text_is_a_finding(tmp_path: Path) -> None:
 def test_units_and_unitless_files_do_not_mix(tmp_path: Path) -> None:
     (tmp_path / "b.ha").write_text('spec "b" version "1.0" unitless\nconst a = 2\n', encoding="utf-8")
     assert codes(written(tmp_path, main='import "b.ha"\n')) == ["HA101"]
+
+
+def test_pipes_and_devices_are_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for place in (tmp_path / "pipe", Path("/dev/zero")):
+        assert [d.message for d in load(place)[1]] == [f"cannot read {place}: it is not a regular file"]
+        text = 'import "AT"\ntable T from "AT" { matrix I by I: m }\nnetwork N from "AT" { input a: m }\n'
+        _, found = read(written(tmp_path, main=text.replace("AT", str(place))))
+        assert [d.message for d in found] == [f"cannot read {place}: it is not a regular file"] * 3
+
+
+def test_a_link_to_a_file_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("i,k\n1,5\n2,6\n", encoding="utf-8")
+    (tmp_path / "t.csv").symlink_to(tmp_path / "data.csv")
+    assert codes(written(tmp_path, main=TABLE)) == []
+
+
+def test_a_file_has_a_name(tmp_path: Path) -> None:
+    text = 'import ""\ntable T from "" { matrix I by I: m }\nnetwork N from " " { input a: m }\n'
+    _, found = read(written(tmp_path, main=text))
+    assert [(d.code, d.message) for d in found] == [("HA006", "the file name is empty")] * 3

@@ -1,5 +1,6 @@
 """Settings: the nearest file counts, an unknown key is an error."""
 
+import os
 from fractions import Fraction
 from pathlib import Path
 
@@ -44,3 +45,8 @@ def test_durations(text: str, seconds: Fraction) -> None:
 def test_no_durations(text: str) -> None:
     with pytest.raises(UsageError):
         duration(text)
+
+
+def test_a_pipe_holds_no_settings(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "haverify.toml")
+    assert settings(tmp_path) == settings(tmp_path.parent)

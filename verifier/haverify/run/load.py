@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.elaborate.files import Files
@@ -57,14 +58,9 @@ def _parse(work: _Reading, source: Source) -> t.Tree:
 
 def read_text(path: str) -> tuple[str, Source | None]:
     """A text file, or why it is none: missing, too large, not UTF-8, binary."""
-    try:
-        if Path(path).stat().st_size > MAX_BYTES:
-            return f"it has more than {MAX_BYTES // 1_000_000} MB", None
-        raw = Path(path).read_bytes()
-    except OSError as e:
-        return (e.strerror or "unreadable").lower(), None
-    except ValueError:
-        return "not a path", None
+    problem, raw = read_bytes(path)
+    if problem:
+        return problem, None
     if b"\0" in raw:
         return "it is a binary file", None
     try:
@@ -72,6 +68,23 @@ def read_text(path: str) -> tuple[str, Source | None]:
     except UnicodeDecodeError as e:
         return f"byte {e.start} is not UTF-8", None
     return "", Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), raw)
+
+
+def read_bytes(path: str) -> tuple[str, bytes]:
+    """The bytes of a regular file, or why there are none: a pipe or a device might never end."""
+    try:
+        status = Path(path).stat()
+        if S_ISDIR(status.st_mode):
+            return "it is a directory", b""
+        if not S_ISREG(status.st_mode):
+            return "it is not a regular file", b""
+        with Path(path).open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as e:
+        return (e.strerror or "unreadable").lower(), b""
+    except ValueError:
+        return "not a path", b""
+    return ("", raw) if len(raw) <= MAX_BYTES else (f"it has more than {MAX_BYTES // 1_000_000} MB", b"")
 
 
 def _beside(importer: str, path: str) -> str:
@@ -89,7 +102,16 @@ def _follow(work: _Reading, tree: t.Tree, chain: tuple[str, ...]) -> None:
             _network(work, tree, body)
 
 
+def _is_named(work: _Reading, path: str, span: Span) -> bool:
+    """Whether a file is named at all; HA006 where none is."""
+    if not path.strip():
+        work.diagnostics.append(Diagnostic("HA006", "the file name is empty", span))
+    return bool(path.strip())
+
+
 def _import(work: _Reading, tree: t.Tree, decl: t.Import, chain: tuple[str, ...]) -> None:
+    if not _is_named(work, decl.path, decl.path_span):
+        return
     place = _beside(tree.path, decl.path)
     normal = _normal(place)
     if normal in [_normal(c) for c in chain]:
@@ -123,16 +145,17 @@ def _source(work: _Reading, place: str, written: str, span: Span) -> Source | No
 
 
 def _data(work: _Reading, tree: t.Tree, path: str, span: Span) -> None:
-    source = _source(work, _beside(tree.path, path), path, span)
+    source = _source(work, _beside(tree.path, path), path, span) if _is_named(work, path, span) else None
     if source is not None:
         work.data[(tree.path, path)] = source
 
 
 def _network(work: _Reading, tree: t.Tree, decl: t.Network) -> None:
+    if not _is_named(work, decl.path, decl.path_span):
+        return
     place = _beside(tree.path, decl.path)
-    try:
-        raw = Path(place).read_bytes()
-    except (OSError, ValueError):
-        work.diagnostics.append(Diagnostic("HA006", f"cannot read {decl.path}", decl.path_span))
+    problem, raw = read_bytes(place)
+    if problem:
+        work.diagnostics.append(Diagnostic("HA006", f"cannot read {decl.path}: {problem}", decl.path_span))
         return
     work.data[(tree.path, decl.path)] = Source(place, "", raw)

@@ -50,8 +50,10 @@ def settings(start: Path) -> Settings:
 
 def _table(path: Path) -> Any:
     try:
+        if not path.is_file():
+            return None
         text = path.read_text(encoding="utf-8")
-    except (FileNotFoundError, NotADirectoryError, PermissionError, IsADirectoryError):
+    except (FileNotFoundError, PermissionError):
         return None
     except (OSError, UnicodeDecodeError) as e:
         raise UsageError(f"{os.path.relpath(path)}: {e}") from e
