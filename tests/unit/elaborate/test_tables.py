@@ -50,7 +50,7 @@ def test_a_polynomial_is_a_sum_of_powers_and_trailing_empty_cells_lower_its_degr
 
 def test_ascending_columns_start_with_the_constant_term() -> None:
     text = POLY.replace("descending", "ascending").replace("add error; ", "")
-    spec = healthy(text, {"t.csv": "phase,p1,p2,p3\nLR,1,2,3\nTS,4,5\n"})
+    spec = healthy(text, {"t.csv": "phase,p1,p2,p3\nLR,1,2,3\nTS,4,5,\n"})
     assert expr_to_json(spec.automata[0].modes[1].lets[0].expr) == [
         "+", ["const", "T_TS_p1"], ["*", ["const", "T_TS_p2"], ["var", "x"]],
     ]  # fmt: skip
@@ -72,6 +72,22 @@ BAD = {
     "not a number": ("HA210", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTS,1,2x,3,0\n", "2x"),
     "number too large": ("HA210", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTS,1,1e999999999,3,0\n", "1e999999999"),
     "more cells than the header": ("HA210", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTS,1,2,3,0,77\n", "77"),
+    "one cell": ("HA210", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTS\n", ""),
+    "no column in the middle": (
+        "HA210",
+        "phase,p1,p3,error\nLR,1,2,0\nTS,1,2,0\n",
+        "poly p1..p3 descending in x: s -> deg",
+    ),
+    "another column in the middle": (
+        "HA210",
+        "phase,p1,p2,note,p3,error\nLR,1,2,1,3,0\nTS,1,2,1,3,0\n",
+        "poly p1..p3 descending in x: s -> deg",
+    ),
+    "columns in disorder": (
+        "HA210",
+        "phase,p2,p1,p3,error\nLR,1,2,3,0\nTS,1,2,3,0\n",
+        "poly p1..p3 descending in x: s -> deg",
+    ),
     "fewer cells": ("HA210", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTS,1,2,3\n", ""),
     "key misspelt": ("HA211", "phase,p1,p2,p3,error\nLR,1,2,3,0\nTSX,1,2,3,0\n", "TSX"),
     "empty file": ("HA210", "", '"t.csv"'),
@@ -142,3 +158,34 @@ def test_a_number_beyond_all_measure_is_not_called_no_number() -> None:
 def test_digits_are_few_and_whole(digits: str) -> None:
     _, found, _ = read(POLY.replace("digits 4", f"digits {digits}"), {"t.csv": GOOD})
     assert [(d.code, d.message) for d in found] == [("HA105", "a number of digits is an integer from 1 to 50")]
+
+
+def test_the_missing_column_of_a_polynomial_is_named() -> None:
+    _, found, _ = read(POLY, {"t.csv": "phase,p1,p3,error\nLR,1,2,0\nTS,1,2,0\n"})
+    assert found[0].message == "t.csv has no column 'p2', which `p1..p3` asks for"
+
+
+def test_of_many_faulty_rows_ten_are_shown_and_the_rest_counted() -> None:
+    _, found, _ = read(POLY, {"t.csv": GOOD + "TS,5,993,,-1\n" * 40})
+    assert len(found) == 11
+    assert found[-1].message == "t.csv: 30 more findings in its rows are not shown"
+
+
+def test_semicolons_are_told_from_commas() -> None:
+    _, found, _ = read(POLY, {"t.csv": GOOD.replace(",", ";")})
+    assert [(d.code, d.help) for d in found] == [("HA210", "separated by ';'? a comma is expected")]
+
+
+def test_of_what_is_no_table_little_is_shown() -> None:
+    _, found, _ = read(POLY, {"t.csv": "s" * 100 + "\nsecret\n"})
+    assert [d.message for d in found] == [f"t.csv has no column 'phase'; it has {'s' * 40}..."]
+    assert found[0].span is not None and found[0].span.path == "a.ha"
+
+
+def test_rows_of_tables_with_axes_and_of_matrices_are_as_wide_as_they_should_be() -> None:
+    axes = 'table T from "t.csv" { axis t: s; column v: m }\nproperty p { holds T.v(1 s) > 0 m }'
+    _, found, _ = read(axes, {"t.csv": "t,v\n0,1\n1,2,3\n"})
+    assert [d.message for d in found] == ["t.csv: this row has 3 cells, the header has 2"]
+    matrix = 'enum I = 1..2\ntable T from "t.csv" { matrix I by I: m }\nproperty p { holds 1 < 2 }'
+    _, found, _ = read(matrix, {"t.csv": "1,2\n3\n"})
+    assert [d.message for d in found] == ["t.csv: this row has 1 cell, I has 2"]

@@ -9,7 +9,7 @@ from haverify.elaborate.calls import declared_type
 from haverify.elaborate.csv import CsvRow, read_csv, shown_path
 from haverify.elaborate.expressions import Env
 from haverify.elaborate.scope import Scope, Symbol
-from haverify.elaborate.tables import Reading, _column_shape, _header, _position, _Shape, cell_number
+from haverify.elaborate.tables import Reading, _column_shape, _header, _position, _Shape, cell_number, check_width
 from haverify.model.tables import DataTable
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t
@@ -52,6 +52,7 @@ def _unit(env: Env, line: t.TableLine) -> Unit | None:
 
 
 def _row(reading: Reading, positions: list[int], shape: _Shape, row: CsvRow) -> tuple[Fraction, ...]:
+    check_width(reading, row, len(reading.columns), "the header")
     axes = [cell_number(reading, row, p, str(p + 1)) for p in positions]
     return (
         *axes,

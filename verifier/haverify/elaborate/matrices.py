@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.context import Lost
 from haverify.elaborate.csv import cell_span
 from haverify.elaborate.expressions import Env, family_enum
 from haverify.elaborate.scope import Symbol, Table
-from haverify.elaborate.tables import Reading, cell_number, enter_cell
+from haverify.elaborate.tables import Reading, cell_number, check_width, enter_cell
 from haverify.model.spec import EnumType
 from haverify.model.unit import Unit
 from haverify.syntax import tree as t
@@ -37,11 +39,9 @@ def _enum(env: Env, name: str, span: Span) -> EnumType:
 
 def _enter_row(reading: Reading, table: Table, k: int, key: str, columns: EnumType, unit: Unit | None) -> None:
     row = reading.rows[k]
-    extra = row.cells[len(columns.values) :]
-    if extra:
-        told = f"{reading.file}: this row has {len(row.cells)} cells, {columns.name} has {len(columns.values)} values"
-        reading.ctx.report("HA210", told, cell_span(reading.source, extra[0]))
-    for j, value in enumerate(columns.values):
+    with suppress(Lost):
+        check_width(reading, row, len(columns.values), columns.name)
+    for j, value in enumerate(columns.values[: len(row.cells)]):
         try:
             symbol = _cell(reading, k, j, (key, value), unit)
         except Lost:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import Any
+from itertools import islice, zip_longest
+from typing import Any, NoReturn
 
 from haverify.diagnostics.diagnostic import Edit, Fix
 from haverify.elaborate.calls import declared_type
@@ -24,6 +26,9 @@ from haverify.syntax import tree as t
 from haverify.text.record import field, holder, record
 from haverify.text.source import Source
 from haverify.text.span import Span
+
+MOST_SHOWN = 10
+"""Findings in the rows of one table, and names of columns in a message."""
 
 
 @holder
@@ -116,8 +121,10 @@ def _keyed(reading: Reading) -> Table:
         _, table.argument = declared_type(reading.env, poly[0].type) if poly[0].type else ("", reading.ctx.one)
         table.result = _result_unit(reading, poly[0])
     shape = _poly_shape(reading, header, poly[0]) if poly else _column_shape(reading, header)
+    before = len(reading.ctx.diagnostics)
     for row in reading.rows[1:]:
         _enter_row(reading, table, shape, row)
+    _cap(reading, before)
     _check_missing(reading, table)
     return table
 
@@ -131,6 +138,7 @@ def _header(reading: Reading) -> dict[str, int]:
         reading.ctx.fail(
             "HA210", f"{reading.file} is empty: a header and a row per key are needed", reading.decl.path_span
         )
+    _check_likeness(reading, [cell.text for cell in reading.rows[0].cells])
     found: dict[str, int] = {}
     for k, cell in enumerate(reading.rows[0].cells):
         if cell.text in found:
@@ -140,12 +148,35 @@ def _header(reading: Reading) -> dict[str, int]:
     return found
 
 
+def _check_likeness(reading: Reading, names: list[str]) -> None:
+    """HA210 where the first line has none of the columns, so that no other finding shows lines of what is no table."""
+    lines = [line for kind in ("key", "axis", "column", "poly") for line in reading.lines(kind)]
+    if lines and not any(line.name in names for line in lines):
+        _no_column(reading, names, lines[0].name, lines[0].span)
+
+
+def _no_column(reading: Reading, names: Iterable[str], name: str, span: Span) -> NoReturn:
+    shown = [clipped(n) for n in names]
+    near = nearest(name, shown)
+    hint = f"; did you mean '{near}'?" if near else f"; it has {', '.join(shown[:MOST_SHOWN])}"
+    advice = COMMAS if len(shown) == 1 and any(";" in n for n in names) else None
+    reading.ctx.fail("HA210", f"{reading.file} has no column '{name}'{hint}", span, help=advice)
+
+
+def _cap(reading: Reading, before: int) -> None:
+    """Of many findings in the rows of a table, the first and their number."""
+    found = reading.ctx.diagnostics
+    more = len(found) - before - MOST_SHOWN
+    if more > 0:
+        del found[before + MOST_SHOWN :]
+        told = f"{reading.file}: {more} more findings in its rows are not shown"
+        reading.ctx.report("HA210", told, reading.decl.path_span)
+
+
 def _position(reading: Reading, header: dict[str, int], name: str, span: Span) -> int:
     if name in header:
         return header[name]
-    near = nearest(name, header)
-    hint = f"; did you mean '{near}'?" if near else f"; it has {', '.join(list(header)[:12])}"
-    return reading.ctx.fail("HA210", f"{reading.file} has no column '{name}'{hint}", span)
+    _no_column(reading, header, name, span)
 
 
 @record
@@ -176,6 +207,7 @@ def _poly_shape(reading: Reading, header: dict[str, int], line: t.TableLine) -> 
     first, last = (_position(reading, header, n, line.span) for n in (line.name, line.last))
     if last < first:
         reading.ctx.fail("HA210", f"column '{line.last}' is left of '{line.name}'", line.span)
+    _check_numbered(reading, list(header)[first : last + 1], line)
     digits = [
         whole(reading.ctx, d.number, "a number of digits", 1, MOST_DIGITS)
         for d in reading.lines("digits") if d.number is not None
@@ -185,6 +217,25 @@ def _poly_shape(reading: Reading, header: dict[str, int], line: t.TableLine) -> 
     result = _result_unit(reading, line)
     added = tuple(_Column(a.name, _position(reading, header, a.name, a.span), result) for a in reading.lines("add"))
     return _Shape(_key_positions(reading, header), columns, line.order, added)
+
+
+def _check_numbered(reading: Reading, names: list[str], line: t.TableLine) -> None:
+    """HA210 where `p1..p5` has a gap or another column within; other first and last names take what is between."""
+    a, b = (re.fullmatch(r"(.*?)(0|[1-9][0-9]{0,5})", n, re.ASCII) for n in (line.name, line.last))
+    if a is None or b is None or a[1] != b[1]:
+        return
+    step = 1 if int(a[2]) <= int(b[2]) else -1
+    wanted = [f"{a[1]}{k}" for k in islice(range(int(a[2]), int(b[2]) + step, step), len(names) + 1)]
+    asked = f"`{line.name}..{line.last}`"
+    missing = next((n for n in wanted if n not in names), None)
+    if missing is not None:
+        what = f"has no column '{missing}', which {asked} asks for"
+        if missing in reading.columns:
+            what = f"has column '{missing}' outside of {asked}"
+        reading.ctx.fail("HA210", f"{reading.file} {what}", line.span)
+    if names != wanted:
+        odd = next(n for n, w in zip_longest(names, wanted) if n != w)
+        reading.ctx.fail("HA210", f"{reading.file} has column '{clipped(odd)}' within {asked}", line.span)
 
 
 def _column_shape(reading: Reading, header: dict[str, int]) -> _Shape:
@@ -257,17 +308,24 @@ def _wrong_key(reading: Reading, enum: EnumType, cell: CsvCell) -> None:
 
 
 def _cells(reading: Reading, table: Table, shape: _Shape, row: CsvRow, key: tuple[str, ...]) -> dict[str, Symbol]:
-    if len(row.cells) > len(reading.columns):
-        extra = row.cells[len(reading.columns)]
-        reading.ctx.fail(
-            "HA210", f"{reading.file}: this row has more cells than the header", cell_span(reading.source, extra)
-        )
+    check_width(reading, row, len(reading.columns), "the header")
     columns = _poly_columns(reading, shape, row, table) if table.poly is not None else shape.columns
     if table.poly is not None:
         powers = tuple((c.name, c.exponent or 0) for c in columns)
         table.poly[key] = powers + tuple((c.name, 0) for c in shape.added)
         columns = (*columns, *shape.added)
     return {c.name: _cell_symbol(reading, row, c, key) for c in columns}
+
+
+def check_width(reading: Reading, row: CsvRow, width: int, what: str) -> None:
+    """HA210 for a row that has more or fewer cells than `what`, which has `width`."""
+    count = len(row.cells)
+    if count == width:
+        return
+    place = cell_span(reading.source, row.cells[width]) if count > width else _place(reading, row, count)
+    advice = "an empty cell at the end needs its comma" if count < width else None
+    told = f"{reading.file}: this row has {count} cell{'s' if count != 1 else ''}, {what} has {width}"
+    reading.ctx.fail("HA210", told, place, help=advice)
 
 
 def _poly_columns(reading: Reading, shape: _Shape, row: CsvRow, table: Table) -> tuple[_Column, ...]:
