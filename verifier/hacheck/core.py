@@ -173,7 +173,8 @@ def check_cells(core: Core, inputs: list[str] | None, base: Path) -> str:
         if rows is not None and _cell(rows, cell["row"], cell["column"]) != number(cell["number"]):
             raise Refused(f"{where} does not hold the number of the core")
     absent = sum(rows is None for rows in files.values())
-    return f"{len(core.data['cells'])} table numbers, {absent} of {len(files)} tables not found"
+    how = f", {absent} of {len(files)} tables not found here: their numbers were not compared with their files"
+    return f"{len(core.data['cells'])} table numbers" + how * bool(absent)
 
 
 def _rows(path: Path) -> list[list[str]]:

@@ -1,5 +1,6 @@
 """The other commands."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,6 +63,12 @@ def test_recheck_notices_another_spec(haverify: Call, write: Write) -> None:
     haverify("check", write("m.ha", CLOCK + TRUE))
     write("m.ha", CLOCK.replace("3 deg *", "2 deg *") + TRUE)
     assert haverify("recheck", "reports/m").code == 1
+
+
+def test_recheck_waits_for_no_pipe(haverify: Call, tmp_path: Path) -> None:
+    (tmp_path / "reports").mkdir()
+    os.mkfifo(tmp_path / "reports" / "report.json")
+    assert haverify("recheck", "reports").code == 2
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["--version"]])

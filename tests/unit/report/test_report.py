@@ -17,6 +17,7 @@ from haverify.report.findings import finding, github
 from haverify.report.numbers import decimal, margin
 from haverify.report.schema import text as schema_text
 from haverify.report.terminal import closing, summary
+from haverify.report.unrecorded import note
 from haverify.text.source import Source
 from haverify.text.span import Span
 
@@ -40,7 +41,8 @@ def example_claim(**changes: object) -> report.Claim:
     values = {
         "name": "knee_range", "automaton": "Gait", "text": "always lk < 3.2090 deg", "path": "gait.ha", "line": 7,
         "doc": "",
-        "verdict": "refuted", "expected": "proved", "ok": False, "trust": "checked", "parts": [bad], "rounding": None,
+        "verdict": "refuted", "expected": "proved", "because": None, "ok": False, "trust": "checked",
+        "parts": [bad], "rounding": None,
         "method": "poly-range", "margin": bad.margin, "horizon": None, "assumptions": [], "using": [],
         "certificate": "certificates/knee_range.json", "run": None, "kind": None, "reason": None, "reached": None,
         "nearest": None, "next_step": None, "problems": ["expected proved, got refuted"], "notes": [],
@@ -102,6 +104,49 @@ def test_the_terminal_says_why_a_claim_is_unknown_and_what_to_try() -> None:
 def test_what_is_proved_as_expected_takes_one_line() -> None:
     text = summary(example(example_claim(verdict="proved", ok=True, parts=[], problems=[])))
     assert text.count("knee_range") == 1
+
+
+def test_what_is_refuted_as_expected_names_each_part_in_two_lines() -> None:
+    text = summary(example(example_claim(expected="refuted", ok=True, because="as printed", problems=[])))
+    _, _, details, _ = text.split("\n\n")
+    assert details.splitlines() == [
+        'knee_range (gait.ha:7): refuted as expected because "as printed"',
+        "  PS, lk: lk reaches 25292.2 deg at x = 1.1167 s",
+        "      reads coeffs/left_knee.csv:5 (PS)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [("proved", "holds within rounding"), ("refuted", "refuted for every rounding"), ("unknown", "rounding: unknown")],
+)
+def test_the_line_of_a_claim_says_what_rounding_does_to_it(verdict: report.Word, words: str) -> None:
+    claim = example_claim(verdict="proved", ok=True, rounding=report.Rounding(verdict, None))
+    assert words in summary(example(claim)).splitlines()[2]
+    assert "rounding" not in summary(example(example_claim()))
+
+
+def test_every_number_of_a_run_has_its_unit() -> None:
+    run = report.Run(
+        mode_path=["Stance", "Swing"], edges=["lift"], times=["0", "1/2", "3/4"], times_decimal=["0", "0.5", "0.75"],
+        states=[{"x": "0", "n": "1"}] * 3, states_decimal=[{"x": "0", "n": "1"}] * 3, params={"speed": "5/4"},
+        units={"x": "s", "speed": "m/s"}, violation=None,
+    )  # fmt: skip
+    text = summary(example(example_claim(run=run)))
+    assert "a run that violates it, for speed = 1.25 m/s:" in text
+    assert "t = 0.5 s: Swing with x = 0 s, n = 1\n" in text
+    assert "violated at t = 0.75 s" in text
+
+
+def test_missing_entries_of_the_lock_file_are_summed_up_once() -> None:
+    known = {"expected": "refuted", "ok": True, "notes": [note("[[refuted]]\n")]}
+    text = summary(example(example_claim(**known), example_claim(name="other", **known)))
+    assert text.count("haverify accept gait.ha --reason") == 1
+    assert "[[refuted]]" not in text
+
+
+def test_the_last_line_names_the_claims_that_haverify_failed_at() -> None:
+    assert closing(4, [], ["knee_range"]).endswith("please report it (about knee_range)\n")
 
 
 def test_the_last_line_says_what_the_exit_code_means() -> None:

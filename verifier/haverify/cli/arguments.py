@@ -6,7 +6,26 @@ import argparse
 
 _CODES = """\
 exit codes: 0 all as expected; 1 a claim decided otherwise, or a new error finding; 2 call or input cannot be
-understood; 3 a claim is unknown; 4 a fault of haverify; 5 nothing was checked; 130 interrupted"""
+understood; 3 a claim is unknown; 4 a fault of haverify; 5 nothing was checked; 130 interrupted
+
+haverify COMMAND --help tells more; haverify init writes a spec to start from; docs/language.md is the language"""
+
+_CHECK = """\
+Decide every claim of some specs, re-check the evidence with hacheck, write a report folder for each.
+A claim that is refuted as its spec expects (`expect refuted`) is fine: the exit code is about expectations."""
+
+_CHECK_MORE = """\
+--report DIR: for one file, DIR itself; for several, DIR/<stem>/. The default is below the current folder.
+The last line says what the exit code means; `haverify --help` lists them all."""
+
+_ACCEPT = """\
+Record today's findings, and the violated parts of claims that are refuted as expected, in haverify.lock, with a reason.
+From then on `check` is silent about them, and fails when a further part is violated or one of these no longer is.
+The file is the nearest haverify.lock beside the spec or above it; without one, it is made beside the spec."""
+
+_RECHECK = """\
+Let hacheck re-establish every verdict of a report folder, and read the spec again to see that it still gives this core.
+Run it in the folder in which `check` ran: paths of specs and tables are relative to it; what is not found is said."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -34,26 +53,36 @@ class _Version(argparse.Action):
 _Commands = argparse._SubParsersAction  # the type argparse gives no public name
 
 
+def _told(
+    commands: _Commands[argparse.ArgumentParser], name: str, about: str, more: str = "", *, help: str
+) -> argparse.ArgumentParser:
+    """A command whose help says more than its options, line by line as written."""
+    raw = argparse.RawDescriptionHelpFormatter
+    return commands.add_parser(name, help=help, description=about, epilog=more, formatter_class=raw)
+
+
 def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
-    p = commands.add_parser("check", help="decide every claim, re-check the evidence, write a report")
-    p.add_argument("files", nargs="+", metavar="FILE.ha")
-    p.add_argument("-p", "--property", metavar="NAME", help="decide one claim only")
-    p.add_argument("--budget", metavar="TIME", help="safety net in time for each claim (default 60s)")
+    p = _told(commands, "check", _CHECK, _CHECK_MORE, help="decide every claim, write reports")
+    p.add_argument("files", nargs="+", metavar="FILE.ha", help="a spec")
+    p.add_argument("-p", "--property", metavar="NAME", help="decide one claim (or family) only")
+    p.add_argument("--budget", metavar="TIME", help="safety net in time for each claim: 90s, 5min (default 60s)")
     p.add_argument("--jobs", type=int, metavar="N", help="processes that share the claims (default 1)")
     p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
     where = p.add_mutually_exclusive_group()
-    where.add_argument("--report", metavar="DIR", help="where the report goes (default reports/<stem>/)")
+    where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
     p.add_argument("--no-cache", action="store_true", help="decide everything anew")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
     p.add_argument(
-        "--grade", choices=("checked", "enclosed", "solver"), help="the weakest trust to accept for a verdict"
+        "--grade",
+        choices=("checked", "enclosed", "solver"),
+        help="the weakest trust to accept: re-checked by hacheck, by enclosures, by a solver (default enclosed)",
     )
 
 
 def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = commands.add_parser("lint", help="findings only; no claim is decided")
-    p.add_argument("files", nargs="+", metavar="FILE.ha")
+    p.add_argument("files", nargs="+", metavar="FILE.ha", help="a spec")
     p.add_argument("--fix", action="store_true", help="apply the safe fixes")
     p.add_argument("--unsafe-fixes", action="store_true", help="apply proposed fixes too; read the difference")
     p.add_argument("--select", metavar="CODES", help="only findings whose code starts so: HA2,HA303")
@@ -62,8 +91,8 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _accept(commands: _Commands[argparse.ArgumentParser]) -> None:
-    p = commands.add_parser("accept", help="record today's findings and known violations in haverify.lock")
-    p.add_argument("file", metavar="FILE.ha")
+    p = _told(commands, "accept", _ACCEPT, help="record what is known in haverify.lock")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
     p.add_argument("--reason", required=True, metavar="TEXT", help="why they are accepted")
     p.add_argument("--select", metavar="CODES", help="only findings whose code starts so, and no claims")
     p.add_argument("--lock", metavar="FILE", help="the file to write (default: the nearest, else beside the spec)")
@@ -71,14 +100,14 @@ def _accept(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 def _fmt(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = commands.add_parser("fmt", help="bring specs into the one layout")
-    p.add_argument("files", nargs="+", metavar="FILE.ha")
+    p.add_argument("files", nargs="+", metavar="FILE.ha", help="a spec")
     p.add_argument("--check", action="store_true", help="change nothing; exit code 1 if a file would change")
     p.add_argument("--diff", action="store_true", help="change nothing; print what would change")
 
 
 def _expand(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = commands.add_parser("expand", help="print the desugared core, itself valid .ha")
-    p.add_argument("file", metavar="FILE.ha")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
 
 
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
@@ -87,8 +116,8 @@ def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _recheck(commands: _Commands[argparse.ArgumentParser]) -> None:
-    p = commands.add_parser("recheck", help="re-establish a report by the independent checker")
-    p.add_argument("folder", metavar="DIR", help="a report folder")
+    p = _told(commands, "recheck", _RECHECK, help="re-establish a report by the independent checker")
+    p.add_argument("folder", metavar="DIR", help="a report folder, such as reports/gait")
     p.add_argument("--strict", action="store_true", help="refuse what is beyond the checker")
 
 

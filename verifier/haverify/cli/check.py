@@ -27,7 +27,7 @@ def run(called: argparse.Namespace) -> int:
     form = called.format or here.format or "text"
     options = {path: _options(called, here, path) for path in called.files}
     _require_own_folders(called, here)
-    codes, folders, known = [], [], list[str]()
+    codes, folders, known, faulty = [], [], list[str](), list[str]()
     for path in called.files:
         try:
             outcome = check(path, options[path])
@@ -38,6 +38,7 @@ def run(called: argparse.Namespace) -> int:
         known += outcome.known
         codes.append(outcome.report.summary.exit_code)
         folders += [f"{outcome.folder}/report.json"] if outcome.folder else []
+        faulty += [fault.partition(": ")[0] for fault in outcome.faults]
         _show(outcome, form)
         if not outcome.report.complete:
             break
@@ -45,7 +46,7 @@ def run(called: argparse.Namespace) -> int:
         require_known(", ".join(called.files), called.property, known)
     code = worst(codes)
     if form == "text":
-        put(closing(code, folders))
+        put(closing(code, folders, dict.fromkeys(faulty)))
     return code
 
 

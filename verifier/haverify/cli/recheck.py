@@ -26,8 +26,8 @@ def run(called: argparse.Namespace) -> int:
 def _inputs(folder: Path) -> int:
     """Read the spec of a report again, if it is there, and compare its core byte for byte."""
     try:
-        report = json.loads((folder / "report.json").read_bytes())
-        core = (folder / "core.json").read_bytes()
+        report = json.loads(_bytes(folder / "report.json"))
+        core = _bytes(folder / "core.json")
         path, only = Path(report["spec"]), str(report["options"]["property"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return UNREADABLE
@@ -43,6 +43,13 @@ def _inputs(folder: Path) -> int:
         return WRONG
     print(f"{path}: read again, gives the same core")
     return OK
+
+
+def _bytes(path: Path) -> bytes:
+    """The contents of a regular file; a pipe or a device could keep us for ever."""
+    if not path.is_file():
+        raise OSError("no regular file")
+    return path.read_bytes()
 
 
 def _core_again(path: str, only: str) -> bytes | None:

@@ -59,6 +59,7 @@ class Assembler:
             doc=claim.doc,
             verdict=word(verdict),
             expected=expected(claim),  # type: ignore[arg-type]
+            because=claim.expect.because if claim.expect else None,
             ok=judgement.exit_code == OK,
             trust=decided.trust.name.lower() if decided and decided.trust else None,  # type: ignore[arg-type]
             parts=[self.part(p) for p in evidence.parts],

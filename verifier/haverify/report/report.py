@@ -100,7 +100,10 @@ class Rounding:
 
 @record
 class Run:
-    """A run: modes in order, the instant each is entered and the last instant, the state at each of these instants."""
+    """A run: modes in order, the instant each is entered and the last instant, the state at each of these instants.
+
+    `units` has the unit of each variable and param that has one; times are in s.
+    """
 
     mode_path: list[str]
     edges: list[str]
@@ -109,12 +112,16 @@ class Run:
     states: list[dict[str, str]]
     states_decimal: list[dict[str, str]]
     params: dict[str, str]
+    units: dict[str, str]
     violation: str | None
 
 
 @record
 class Claim:
-    """A claim and what is known of it. `ok`: the verdict is the expected one; `problems` says what is not."""
+    """A claim and what is known of it. `ok`: the verdict is the expected one; `problems` says what is not.
+
+    `because` is the reason that its `expect` gives.
+    """
 
     name: str
     automaton: str | None
@@ -124,6 +131,7 @@ class Claim:
     doc: str
     verdict: Word
     expected: Word
+    because: str | None
     ok: bool
     trust: Literal["checked", "enclosed", "solver"] | None
     parts: list[Part]

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from fractions import Fraction
 
+from haverify.report import unrecorded
 from haverify.report.exit_codes import MEANING
+from haverify.report.numbers import decimal
 from haverify.report.report import Claim, Margin, Part, Report, Run
 
 _PARTS = 60  # violated parts of one claim that are printed
 _LINES = 100  # claims that have a line of their own; what is not as expected always has
+
+_ROUNDING = {
+    "proved": "holds within rounding",
+    "refuted": "refuted for every rounding",
+    "unknown": "rounding: unknown",
+}
 
 _COLOUR = {"proved": "\x1b[32m", "refuted": "\x1b[31m", "unknown": "\x1b[33m"}
 _RESET = "\x1b[0m"
@@ -19,13 +28,16 @@ def summary(report: Report, colour: bool = False) -> str:
     head = f'{report.spec}: "{report.title}"' if report.title else report.spec
     blocks = [head, *([_table(report.claims, colour)] if report.claims else [])]
     blocks += [text for claim in report.claims if (text := _details(claim))]
+    blocks += [unrecorded.advice(report)] if any(map(unrecorded.is_so, report.claims)) else []
     return "\n\n".join([*blocks, _counts(report)]) + "\n"
 
 
-def closing(exit_code: int, folders: Iterable[str]) -> str:
-    """The last lines: where the reports are, and what the exit code means."""
+def closing(exit_code: int, folders: Iterable[str], faulty: Iterable[str] = ()) -> str:
+    """The last lines: where the reports are, what the exit code means, and for which claims haverify failed."""
     lines = [f"report: {folder}" for folder in folders]
-    return "\n".join([*lines, f"exit code {exit_code}: {MEANING[exit_code]}"]) + "\n"
+    names = ", ".join(faulty)
+    about = f" (about {names})" if names else ""
+    return "\n".join([*lines, f"exit code {exit_code}: {MEANING[exit_code]}{about}"]) + "\n"
 
 
 def _table(claims: list[Claim], colour: bool) -> str:
@@ -47,7 +59,8 @@ def _row(c: Claim, width: int, colour: bool) -> str:
         remark = f"expected {c.expected}" if c.verdict != c.expected else c.problems[0] if c.problems else "see below"
     elif c.verdict != "proved":
         remark = "as expected"
-    tail = [text for text in (remark, _margin(c.margin)) if text]
+    rounding = _ROUNDING[c.rounding.verdict] if c.rounding else ""
+    tail = [text for text in (remark, _margin(c.margin), rounding) if text]
     return f"  {mark} {word}  {c.name:<{width}}  {'; '.join(tail)}".rstrip()
 
 
@@ -65,9 +78,9 @@ def _margin(m: Margin | None) -> str:
 
 def _details(c: Claim) -> str:
     """What there is to say beyond the line in the table; nothing for a claim that is proved as expected."""
+    if c.ok:
+        return "" if c.verdict == "proved" else _as_expected(c)
     bad = [p for p in c.parts if p.verdict == "refuted"]
-    if c.ok and c.verdict == "proved":
-        return ""
     place = f" ({c.path}:{c.line})" if c.path else ""
     lines = [f"{c.name}{place}: {c.verdict}, expected {c.expected}"]
     if c.text:
@@ -76,10 +89,39 @@ def _details(c: Claim) -> str:
     lines += _why_unknown(c) if c.verdict == "unknown" else []
     for part in bad[:_PARTS]:
         lines += _part(part)
-    if len(bad) > _PARTS:
-        lines.append(f"  ... and {len(bad) - _PARTS} more violated parts in the report")
-    lines += _run(c.run) if c.run and c.verdict == "refuted" and not c.ok else []
-    return "\n".join(lines + [f"  note: {n}" for n in c.notes])
+    lines += _more(bad)
+    lines += _run(c.run) if c.run and c.verdict == "refuted" else []
+    return "\n".join(lines + _notes(c))
+
+
+def _as_expected(c: Claim) -> str:
+    """A claim that is refuted or unknown as expected: why it is, and where."""
+    place = f" ({c.path}:{c.line})" if c.path else ""
+    because = f' because "{c.because}"' if c.because else ""
+    bad = [p for p in c.parts if p.verdict == "refuted"]
+    lines = [f"{c.name}{place}: {c.verdict} as expected{because}"]
+    lines += _why_unknown(c) if c.verdict == "unknown" else []
+    for part in bad[:_PARTS]:
+        lines += _short_part(part)
+    return "\n".join(lines + _more(bad) + _notes(c))
+
+
+def _more(bad: list[Part]) -> list[str]:
+    left = len(bad) - _PARTS
+    return [f"  ... and {left} more violated parts in the report"] if left > 0 else []
+
+
+def _notes(c: Claim) -> list[str]:
+    """The notes, without those that `summary` sums up."""
+    return [f"  note: {n}" for n in c.notes if not unrecorded.is_note(n)]
+
+
+def _short_part(p: Part) -> list[str]:
+    """A violated part in a line or two: the extreme with its instant, then the table rows."""
+    where = f"{p.mode}, {p.output}" if p.output else p.mode
+    fact = "; ".join(p.facts) or _margin(p.margin) or f"violated: {p.text}"
+    lines = [f"  {where}: {fact}"]
+    return lines + ([f"      reads {', '.join(p.cells)}"] if p.cells else [])
 
 
 def _why_unknown(c: Claim) -> list[str]:
@@ -100,13 +142,19 @@ def _part(p: Part) -> list[str]:
 
 def _run(run: Run) -> list[str]:
     """The run in one line per mode."""
-    lines = ["  a run that violates it:"]
+    params = ", ".join(_quantity(run, name, decimal(Fraction(q))) for name, q in run.params.items())
+    lines = [f"  a run that violates it, for {params}:" if params else "  a run that violates it:"]
     for mode, time, state in zip(run.mode_path, run.times_decimal, run.states_decimal, strict=False):
-        values = ", ".join(f"{name} = {value}" for name, value in state.items())
+        values = ", ".join(_quantity(run, name, value) for name, value in state.items())
         lines.append(f"    t = {time} s: {mode}" + (f" with {values}" if values else ""))
     if run.times_decimal and len(run.times_decimal) > len(run.mode_path):
         lines.append(f"    violated at t = {run.times_decimal[-1]} s")
     return lines
+
+
+def _quantity(run: Run, name: str, value: str) -> str:
+    unit = run.units.get(name)
+    return f"{name} = {value} {unit}" if unit else f"{name} = {value}"
 
 
 def _counts(report: Report) -> str:

@@ -49,11 +49,24 @@ def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | 
         _advance(spec, automaton, run, run.last, modes[-1], times, states)
     except (_NotExact, ZeroDivisionError, IndexError, KeyError):
         times, states = times[: len(modes)], states[: len(modes)]
-    return _shown(modes, edges, times, states, run, violation)
+    return _shown(modes, edges, times, states, run, _units(spec, automaton), violation)
+
+
+def _units(spec: Spec, automaton: HybridAutomaton) -> dict[str, str]:
+    """The units of variables and params; plain numbers have none."""
+    named = [(p.name, p.unit) for p in (*spec.params, *automaton.params)]
+    named += [(v.name, v.unit) for v in automaton.vars]
+    return {name: str(unit) for name, unit in named if unit is not None and str(unit) != "1"}
 
 
 def _shown(
-    modes: list[str], edges: list[str], times: list[Fraction], states: list[State], run: Run, violation: str | None
+    modes: list[str],
+    edges: list[str],
+    times: list[Fraction],
+    states: list[State],
+    run: Run,
+    units: dict[str, str],
+    violation: str | None,
 ) -> report.Run:
     return report.Run(
         mode_path=modes,
@@ -63,6 +76,7 @@ def _shown(
         states=[{name: rational_text(q) for name, q in state.items()} for state in states],
         states_decimal=[{name: decimal(q) for name, q in state.items()} for state in states],
         params={name: rational_text(q) for name, q in run.params},
+        units={name: unit for name, unit in units.items() if name in states[0] or name in dict(run.params)},
         violation=violation,
     )
 

@@ -18,7 +18,7 @@ from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.claim import Claim
 from haverify.model.spec import Spec
-from haverify.report import exit_codes, gate, report
+from haverify.report import exit_codes, gate, report, unrecorded
 from haverify.report.as_json import as_json
 from haverify.report.as_markdown import as_markdown
 from haverify.report.assemble import Assembler
@@ -145,8 +145,7 @@ def _with_entry(e: Examined, claim: Claim, evidence: Evidence, j: gate.Judgement
         return j
     because = claim.expect.because if claim.expect and claim.expect.because else "why this is known"
     entry = refuted_text(RefutedEntry(e.name or Path(e.path).name, claim.name, parts, because))
-    text = "a new violation beside these would pass unseen; record them by `haverify accept`, or in haverify.lock:\n"
-    return replace(j, notes=(*j.notes, text + entry.rstrip()))
+    return replace(j, notes=(*j.notes, unrecorded.note(entry)))
 
 
 def _claim(assembler: Assembler, claim: Claim, decided: Decided, judgement: gate.Judgement) -> report.Claim:
