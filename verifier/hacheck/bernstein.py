@@ -112,11 +112,19 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
             return (op, p)
         if set(parts) <= {0, 1} and op in ("<", "<="):
             for sign, end in ((">=", box[v][1]), ("<=", box[v][0])):
-                if end is not None and certain(sign, parts[1], box):
+                if end is not None and _signed(sign, parts[1], box):
                     return literal(op, substitute(p, {v: {(): end} if end else {}}, {}))
         return False
 
     return replace(f, worst)
+
+
+def _signed(op: str, p: Poly, box: Box) -> bool:
+    """Is `p op 0` everywhere on the box: by its coefficients, or exactly where there is one variable?"""
+    if certain(op, p, box):
+        return True
+    only = names(p)
+    return len(only) == 1 and all(sturm.always(literal(op, p), v, *box.get(v, (None, None))) for v in only)
 
 
 def replay(tree: Any, f: Formula, box: Box) -> None:

@@ -55,6 +55,7 @@ property a on M { always 1/(x-1) <= 1000 }
 """
     found = decided(tmp_path, text)
     assert words(found) == {"a": "refuted"}
+    assert found["a"].verdict.margin is None  # a multiple of the claim's unit would be none
     assert 1 < found["a"].run.last < Q(1001, 1000)
 
 
@@ -137,3 +138,49 @@ property d on C { always at(M) implies x <= 2 s }
 property e on C { reach at(N) within 5 s }
 """
     assert words(decided(tmp_path, text)) == dict.fromkeys("abcde", "refuted")
+
+
+def test_a_double_root_beside_a_param_and_an_unbounded_clock(tmp_path):
+    text = """
+param amp in [0.5, 2]
+automaton A {
+  var x: s in [0 s, 5 s]
+  var y: s
+  let f: deg = amp * (x / 1 s - 1)^2 * 10 deg
+  let h: rad = f
+  init M with { x := 0 s; y := 0 s }
+  mode M { domain x <= 2 s; flow { x' = 1; y' = 1 }; urgent edge back: -> M when x >= 2 s do x := 0 s }
+}
+property least on A { always f >= 0 deg }
+property above on A { always f > 0 deg }
+property radians on A { always h <= 0.349 rad }
+property enough on A { always h <= 0.35 rad }
+property there on A { can reach h >= 0.349 rad }
+property clock on A { always y <= 10 s }
+"""
+    expected = {"least": "proved", "above": "refuted", "radians": "refuted", "enough": "proved"}
+    assert words(decided(tmp_path, text)) == {**expected, "there": "proved", "clock": "refuted"}
+
+
+def test_a_bound_in_radians_on_printed_degrees(tmp_path):
+    text = """
+enum P { A }
+table T from "r.csv" {
+  key p: P
+  poly a1..a2 descending in x: s -> deg
+  digits 2
+}
+automaton G {
+  var x: s in [0 s, 2 s]
+  let y: deg = T[phase](x)
+  init A with x := 0 s
+  mode R for phase in P { flow { x' = 1 } }
+  schedule on x from 0 s { A until 2 s then A do x := 0 s }
+}
+property a on G { always -0.345 rad <= y }
+property b on G { always y <= -0.36 rad }
+"""
+    found = decided(tmp_path, text, {"r.csv": "p,a1,a2\nA,1.5,-20\n"})
+    assert words(found) == {"a": "refuted", "b": "refuted"}
+    assert isinstance(found["a"].rounding.verdict, Unknown)
+    assert isinstance(found["b"].rounding.verdict, Refuted)

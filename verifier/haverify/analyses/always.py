@@ -16,6 +16,7 @@ from haverify.obligations.formula import (
     Junction,
     Literal,
     by_bounds,
+    conjunction,
     disjunction,
     negation,
     truth,
@@ -59,7 +60,7 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
         return judged
     for i, q in questions(setting, part, cells):
         judged.touched = True
-        low = _note_margin(judged, i, q, setting.ranges) if with_margin and q.placement.bounded else None
+        low = _note_margin(judged, i, q, setting.ranges) if with_margin and _has_margin(q) else None
         violated = low is not None and low.high < 0 and not q.extra_premise
         tree = None if violated else tree_for(q, setting.ranges, work)
         if tree is None:
@@ -73,9 +74,17 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
 
 def reason_for(q: Question, work: Work) -> str:
     """Why there is no tree."""
-    if not q.placement.bounded:
+    if not (variables(q.placement.place(q.body)) <= set(q.placement.box)):
         return "the states are not bounded: a run may stay for ever, or a variable has no range"
     return "the budget of the proof search is spent" if work.left < 0 else "no proof was found"
+
+
+def _has_margin(q: Question) -> bool:
+    """Whether everything that the question reads is bounded."""
+    if q.placement.bounded:
+        return True
+    read = [q.body, q.premise] if q.extra_premise else [q.body]
+    return all(variables(q.placement.place(f)) <= set(q.placement.box) for f in read)
 
 
 def _note_margin(judged: Judged, cell: int, q: Question, ranges: Ranges) -> Low | None:
@@ -102,16 +111,14 @@ def tree_for(q: Question, ranges: Ranges, work: Work) -> Tree | None:
     if body is True:
         return "b"
     box = q.placement.box
-    if q.placement.bounded:
+    if variables(body) <= set(box):
         quick = _quick(body, box, ranges, work)
         if quick is not None:
             return quick
     goal = disjunction([negation(q.placement.place(q.premise)), body])
     if goal is True:
         return "b"
-    if not q.placement.bounded:
-        return _unbounded(goal, box, ranges)
-    return prove(goal, box, ranges, work)
+    return prove(goal if q.placement.bounded else _about(goal, box), box, ranges, work)
 
 
 def _quick(body: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges, work: Work) -> Tree | None:
@@ -127,12 +134,8 @@ def _quick(body: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges, work: 
     return None
 
 
-def _unbounded(goal: Formula, box: Mapping[str, tuple[Q, Q]], ranges: Ranges) -> Tree | None:
-    """A leaf whose literals read only what is bounded."""
-
-    def of(leaf: Literal) -> bool | None:
-        if not all(v in box for v in leaf.polynomial.variables):
-            return None
-        return by_bounds(leaf.op, *ranges.bounds(leaf.polynomial, box))
-
-    return "b" if truth(goal, of) else None
+def _about(goal: Formula, box: Mapping[str, tuple[Q, Q]]) -> Formula:
+    """The goal with what reads anything unbounded counted as false."""
+    if isinstance(goal, Junction):
+        return (conjunction if goal.is_and else disjunction)([_about(m, box) for m in goal.members])
+    return goal if all(v in box for v in variables(goal)) else False

@@ -15,7 +15,7 @@ from haverify.analyses.motion import Motion, State
 from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.quantities import facts_about
 from haverify.analyses.questions import Setting
-from haverify.analyses.telling import constants_read, decimal, part_text, place_text, unit_of
+from haverify.analyses.telling import constants_read, decimal, has_quotient, part_text, place_text, unit_of
 from haverify.analyses.violation import meeting_run, on_params, stuck_run, violating_run
 from haverify.evidence.certificate import cells_goal, run_goal, run_json
 from haverify.evidence.evidence import PartResult
@@ -187,7 +187,7 @@ def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cel
         else:
             verdict = _undecided(j, cells)
     facts = facts_about(setting, j) if run is not None else ()
-    text, read = part_text(part), constants_read(setting.model, part)
+    text, read = part_text(part, isinstance(verdict, Refuted)), constants_read(setting.model, part)
     answer.parts.append(PartResult(number, part.kind, part.where, part.output, text, verdict, run, facts, read))
     return entry
 
@@ -222,7 +222,7 @@ def margin_of(setting: Setting, j: Judged) -> Margin | None:
     if j.low is None or j.question is None or abs(j.low.low) >= 10**9:
         return None
     unit = unit_of(j.part)
-    if unit is None:
+    if unit is None or has_quotient(setting.model, j.part):
         return None
     strict = j.margin_strict
     return Margin(rounded_down(j.low.low), -rounded_down(-j.low.high), unit, place_text(setting.model, j), strict)

@@ -101,6 +101,14 @@ class Ranges:
         low, high = (_scaled(e, a, b) for e in profile.extremes())
         return (low, high) if a > 0 else (high, low)
 
+    def sign(self, p: Polynomial, box: Box) -> int | None:
+        """A sign that `p` has on the whole box (zero counts as either): exact in one variable, else by bounds."""
+        low, high = self.bounds(p, box)
+        if low < 0 < high and len(p.variables) == 1:
+            least, greatest = self.extremes(p, box)
+            low, high = least.low, greatest.high
+        return 1 if low >= 0 else -1 if high <= 0 else None
+
 
 def _scaled(e: sturm.Extreme, a: Q, b: Q) -> sturm.Extreme:
     if e.exact:
@@ -234,8 +242,7 @@ def _sign(cofactor: Mapping[Monomial, int], box: Box, ranges: Ranges) -> int | N
         ((m, c),) = cofactor.items()
         if all(box[v][0] >= 0 for v, _ in m):
             return 1 if c > 0 else -1
-    low, high = ranges.bounds(Polynomial(cofactor), box)
-    return 1 if low >= 0 else -1 if high <= 0 else None
+    return ranges.sign(Polynomial(cofactor), box)
 
 
 def _shares(p: Polynomial) -> dict[str, dict[Monomial, int]]:
@@ -287,8 +294,8 @@ def worst_end(leaf: Literal, v: str, box: Box, ranges: Ranges) -> Q | None:
         return None
     if len(parts) > 2 or leaf.op not in ("<", "<="):
         return NOWHERE
-    low, high = ranges.bounds(parts[1], box)
-    return box[v][1] if low >= 0 else box[v][0] if high <= 0 else NOWHERE
+    sign = ranges.sign(parts[1], box)
+    return NOWHERE if sign is None else box[v][1] if sign > 0 else box[v][0]
 
 
 def always(f: Formula, v: str, ends: tuple[Q, Q], ranges: Ranges) -> bool:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.always import Judged, judge
+from haverify.analyses.clock_model import PI
 from haverify.analyses.context import Context, cells_name
 from haverify.analyses.goals import Answer, margin_of
 from haverify.analyses.motion import Motion, State
@@ -16,6 +17,8 @@ from haverify.analyses.questions import Setting
 from haverify.evidence.evidence import PartResult, Rounding
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown
+from haverify.obligations.circle import weaker
+from haverify.obligations.denial import denial
 from haverify.obligations.formula import conjunction, negation, transform
 from haverify.obligations.parts import Part
 from haverify.obligations.translate import OutsideFragmentError
@@ -125,7 +128,7 @@ def violates_all(context: Context, setting: Setting, part: Part, run: Run) -> bo
     motion = Motion(context.model, dict(run.params))
     state = end_of(motion, run, before_last_jump=part.kind == "jump")
     scope = model.landing(part.edge) if part.edge is not None else model.timed_scope(model.index[part.mode])
-    body = conjunction(scope.formula(r) for r in part.residuals)
+    body = weaker(conjunction(negation(scope.formula(denial(r))) for r in part.residuals), PI)
     values = {**motion.known(state), **({f"{v}'": x for v, x in run.steps[-1].values} if part.kind == "jump" else {})}
     wrong = transform(negation(body), lambda p: p.fix(values))
     return surely(wrong, context.rounding, Ranges())

@@ -61,7 +61,8 @@ def _at_the_end(cells: Cells, index: int, edge: ClockEdge) -> bool:
     space = {v: moved(x, mode.slopes[v], ENTRY, None) for v, x in cell.entry.items()}
     inside = narrow(mode.domain, space, model.params)
     for leaf in literals(edge.guard):
-        v, factor, rest = (single(leaf.polynomial, cell.entry) if leaf.op == "==" else None) or (None, Q(0), constant(0))
+        one = single(leaf.polynomial, cell.entry) if leaf.op == "==" else None
+        v, factor, rest = one or (None, Q(0), constant(0))
         if v is not None and mode.slopes[v] and all(n in model.params for n in rest.variables):
             low, high = sorted(-x / factor for x in range_on(rest, model.params))
             limit = Interval(None, low) if mode.slopes[v] > 0 else Interval(high, None)

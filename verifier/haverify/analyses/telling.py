@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from haverify.analyses.always import Judged
@@ -16,6 +16,7 @@ from haverify.obligations.parts import Part
 from haverify.obligations.translate import COMPARISONS
 
 Q = Fraction
+VARYING = frozenset({"let", "var", "param", "time", "pi"})
 
 
 def decimal(q: Q) -> str:
@@ -23,10 +24,10 @@ def decimal(q: Q) -> str:
     return significant(q)
 
 
-def part_text(part: Part) -> str:
-    """What a part asks."""
+def part_text(part: Part, violated: bool = False) -> str:
+    """What a part asks; of a state that blocks, whether there is one."""
     if part.kind == "stuck":
-        return f"mode {part.where} never blocks"
+        return f"mode {part.where} {'can block' if violated else 'never blocks'}"
     what = part.output or "the condition"
     return f"{what} in mode {part.where}" if part.kind == "dwell" else f"{what} at the jump {part.where}"
 
@@ -86,15 +87,27 @@ def state_at(model: ClockModel, q: Question, point: Mapping[str, Q]) -> dict[str
 
 def constants_read(model: ClockModel, part: Part) -> tuple[str, ...]:
     """The constants that the outputs of a part read in its mode, in order."""
+    return tuple(dict.fromkeys(n.name for n in _unfolded(model, part) if n.op == "const"))
+
+
+def has_quotient(model: ClockModel, part: Part) -> bool:
+    """Whether a part divides by what is no rational: then its polynomials are not in the unit of the claim."""
+    return any(
+        (n.op == "scale" and str(n.args[1]).startswith("-"))
+        or (n.op == "^" and str(n.args[1]).startswith("-"))
+        or (n.op == "/" and any(m.op in VARYING for m in nodes(n.children[1])))
+        for n in _unfolded(model, part)
+    )
+
+
+def _unfolded(model: ClockModel, part: Part) -> Iterator[Expr]:
+    """The nodes of a part's residuals and of the lets they read."""
     scope = model.scope(model.index[part.mode])
-    found: dict[str, None] = {}
     stack = list(part.residuals)
     seen: set[str] = set()
     while stack:
         for n in nodes(stack.pop()):
-            if n.op == "const":
-                found[n.name] = None
-            elif n.op == "let" and n.name in scope.lets and n.name not in seen:
+            yield n
+            if n.op == "let" and n.name in scope.lets and n.name not in seen:
                 seen.add(n.name)
                 stack.append(scope.lets[n.name][1])
-    return tuple(found)

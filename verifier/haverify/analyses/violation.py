@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from itertools import islice
 
-from haverify.analyses.clock_model import ClockModel
+from haverify.analyses.clock_model import PI, ClockModel
 from haverify.analyses.counterexample import TRIES, Explorer, Node, choices, the_run, worst_moment
 from haverify.analyses.motion import Motion, State, Stretch, stretches
 from haverify.analyses.questions import Setting
 from haverify.evidence.run import Run
 from haverify.model.expression import Expr
+from haverify.obligations.circle import stronger, weaker
 from haverify.obligations.denial import denial
 from haverify.obligations.formula import Formula, conjunction, disjunction, holds, negation, variables
 from haverify.obligations.parts import Part
@@ -95,9 +96,9 @@ def _in_mode(setting: Setting, part: Part, explorer: Explorer) -> Iterator[tuple
 
 
 def _unless_violated(setting: Setting, part: Part, scope: Scope) -> Formula:
-    """What is false exactly where the part is violated, all its quotients being defined, in the claim's time."""
+    """What is false only where the part is violated, all its quotients being defined, in the claim's time."""
     denied = [negation(scope.formula(denial(r))) for r in part.residuals]
-    return disjunction([negation(setting.timing()), conjunction(denied)])
+    return disjunction([negation(setting.timing()), weaker(conjunction(denied), PI)])
 
 
 def _bad_moment(setting: Setting, explorer: Explorer, node: Node, good: Formula) -> Q | None:
@@ -158,7 +159,7 @@ def moments_met(setting: Setting, condition: Expr, explorer: Explorer, node: Nod
     folded = residual(condition, Situation(model.automaton.modes[state.mode].name))
     if folded.op == "false":
         return
-    f = conjunction([model.timed_scope(state.mode).formula(folded), setting.timing()])
+    f = conjunction([stronger(model.timed_scope(state.mode).formula(folded), PI), setting.timing()])
     stay = explorer.motion.stay(state, explorer.view(state))
     if stay is not None:
         for stretch in stretches(explorer.motion.along(f, state), stay[0]):
@@ -173,7 +174,7 @@ def _met_at_landing(setting: Setting, condition: Expr, explorer: Explorer, node:
     if folded.op in ("true", "false"):
         f: Formula = folded.op == "true"
     else:
-        f = model.landing(node.step.edge).formula(folded)
+        f = stronger(model.landing(node.step.edge).formula(folded), PI)
     before = explorer.motion.known(explorer.motion.at(node.parent.state, node.step.dwell))
     chosen = {f"{v}'": x for v, x in node.step.values}
     return holds(conjunction([f, setting.timing()]), {**before, **chosen})
