@@ -6,17 +6,19 @@ from collections.abc import Iterable
 
 from haverify.diagnostics.diagnostic import Diagnostic
 
+_SYNTAX = ("HA001", "HA003")
 _NOWHERE = ("", -1, -1)
 
 
 def settle(found: Iterable[Diagnostic]) -> list[Diagnostic]:
     """The findings without repetitions (same code, place and message), by place, then code, then message.
 
-    Those without a place come first: they concern the whole file.
+    What is wrong with the text comes first: others may follow from it. Of the others those without a place come
+    first: they concern the whole file.
     """
     first: dict[tuple[object, ...], Diagnostic] = {}
     for d in found:
-        first.setdefault((*_place(d), d.code, d.message), d)
+        first.setdefault((d.code not in _SYNTAX, *_place(d), d.code, d.message), d)
     return [first[key] for key in sorted(first)]
 
 

@@ -38,6 +38,7 @@ class Context:
         self.root = root
         self.unitless = unitless
         self.diagnostics: list[Diagnostic] = []
+        self.has_losses = False
         self._depth = 0
         self.bindings = 0
         self._reported: set[tuple[str, str, Span | None]] = set()
@@ -71,6 +72,7 @@ class Context:
         labels: Iterable[Label] = (), fix: Fix | None = None, severity: Severity | None = None,
     ) -> NoReturn:  # fmt: skip
         """Add a finding and give up the element it is about."""
+        self.has_losses = True
         self.report(code, message, span, label=label, help=help, labels=labels, fix=fix, severity=severity)
         raise Lost
 

@@ -34,9 +34,8 @@ def _elaborate(tree: t.Tree, files: Files) -> tuple[Spec, list[Diagnostic]]:
     ctx = Context(files, tree.path, header is not None and header.unitless)
     scopes = elaborate_files(ctx, tree)
     claims, lost = elaborate_claims(ctx, scopes)
-    if not any(d.code not in ("HA203", "HA215") for d in ctx.diagnostics):
+    if not ctx.has_losses and not any(d.code not in ("HA203", "HA215") for d in ctx.diagnostics):
         ctx.diagnostics += unused(ctx, scopes)
-
     return _spec(ctx, tree, header, scopes, (claims, lost)), ctx.diagnostics
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
@@ -14,8 +14,10 @@ from haverify.errors import UsageError
 from haverify.model.spec import Spec
 from haverify.report import allow, baseline
 from haverify.run import lockfile
+from haverify.syntax.tree import Tree
 from haverify.text.record import field, record
 from haverify.text.source import Source
+from haverify.text.span import Span
 
 
 @record
@@ -42,7 +44,7 @@ class Examined:
     @property
     def new(self) -> list[Diagnostic]:
         """The findings that no reason accepts."""
-        return [d for d in self.found if d not in self.accepted]
+        return [d for d in self.found if d not in self.accepted] if self.accepted else list(self.found)
 
 
 def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = ()) -> Examined:
@@ -76,7 +78,30 @@ def read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic]]:
         raise UsageError(found[0].message)
     spec, more = elaborate(loaded.tree, loaded.files)
     others = {s.path: s for s in loaded.files.data.values()}
-    return spec, {**others, **loaded.sources}, [*found, *more]
+    trees = [loaded.tree, *loaded.files.trees.values()]
+    return spec, {**others, **loaded.sources}, [*found, *_independent(more, found, trees)]
+
+
+_SYNTAX = ("HA001", "HA003")
+_UNUSED = ("HA005", "HA107")
+
+
+def _independent(more: list[Diagnostic], found: list[Diagnostic], trees: Sequence[Tree]) -> list[Diagnostic]:
+    """The findings about meaning that what could not be read did not cause.
+
+    A name may be declared or used in a file that is missing, or where the text is broken; a declaration with an error
+    in its text is no longer as its author wrote it.
+    """
+    if not found:
+        return more
+    places = [d.span for d in found if d.code in _SYNTAX and d.span is not None]
+    silent = (*_UNUSED, "HA002") if places else _UNUSED
+    broken = [i.span for tree in trees for i in tree.items if any(_holds(i.span, p) for p in places)]
+    return [d for d in more if d.code not in silent and not any(d.span and _holds(b, d.span) for b in broken)]
+
+
+def _holds(outer: Span, inner: Span) -> bool:
+    return outer.path == inner.path and outer.start <= inner.start <= outer.end
 
 
 def _selected(d: Diagnostic, select: tuple[str, ...]) -> bool:
