@@ -189,3 +189,8 @@ def test_rows_of_tables_with_axes_and_of_matrices_are_as_wide_as_they_should_be(
     matrix = 'enum I = 1..2\ntable T from "t.csv" { matrix I by I: m }\nproperty p { holds 1 < 2 }'
     _, found, _ = read(matrix, {"t.csv": "1,2\n3\n"})
     assert [d.message for d in found] == ["t.csv: this row has 1 cell, I has 2"]
+
+
+def test_of_many_misspelt_keys_the_first_have_fixes() -> None:
+    _, found, _ = read(POLY, {"t.csv": GOOD + "Tz,5,993,,-1\n" * 40})
+    assert [d.fix is not None for d in found] == [True] * 10 + [False]

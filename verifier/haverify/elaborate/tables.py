@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from functools import cached_property
 from itertools import islice, zip_longest
 from typing import Any, NoReturn
 
@@ -45,6 +46,12 @@ class Reading:
     file: str
     columns: dict[str, int] = field(default_factory=dict)
     bad_rows: bool = False
+    wrong_keys: int = 0
+
+    @cached_property
+    def values(self) -> list[frozenset[str]]:
+        """The values of each key."""
+        return [frozenset(enum.values) for enum in self.keys]
 
     @property
     def ctx(self) -> Context:
@@ -287,12 +294,12 @@ def _row_span(reading: Reading, row: CsvRow) -> Span:
 
 def _key(reading: Reading, shape: _Shape, row: CsvRow) -> tuple[str, ...] | None:
     found = []
-    for position, enum in zip(shape.keys, reading.keys, strict=True):
+    for position, enum, known in zip(shape.keys, reading.keys, reading.values, strict=True):
         if position >= len(row.cells):
             reading.ctx.report("HA210", f"{reading.file}: this row has no {enum.name}", _row_span(reading, row))
             return None
         cell = row.cells[position]
-        if cell.text not in enum.values:
+        if cell.text not in known:
             _wrong_key(reading, enum, cell)
             return None
         found.append(cell.text)
@@ -300,7 +307,8 @@ def _key(reading: Reading, shape: _Shape, row: CsvRow) -> tuple[str, ...] | None
 
 
 def _wrong_key(reading: Reading, enum: EnumType, cell: CsvCell) -> None:
-    near = nearest(cell.text, enum.values)
+    reading.wrong_keys += 1
+    near = nearest(cell.text, enum.values) if reading.wrong_keys <= MOST_SHOWN else None
     span = cell_span(reading.source, cell)
     hint = f"; did you mean {near}?" if near else ""
     fix = Fix(f"write {near}", (Edit(span, near),)) if near else None
