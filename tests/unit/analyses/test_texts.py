@@ -184,3 +184,38 @@ property b on G { always y <= -0.36 rad }
     assert words(found) == {"a": "refuted", "b": "refuted"}
     assert isinstance(found["a"].rounding.verdict, Unknown)
     assert isinstance(found["b"].rounding.verdict, Refuted)
+
+
+CYCLE = """
+param v in [0.5, 2]
+automaton M {
+  var x: s in [0 s, 2 s]
+  init R with x := 0 s
+  mode R { domain x <= 2 s; flow { x' = 1 }; urgent edge back: -> R when x >= 2 s do x := 0 s }
+}
+"""
+
+
+def test_an_assumption_pins_a_param(tmp_path):
+    text = CYCLE + """
+property a on M { assume v == 1; always v * x <= 2 s }
+property b on M { assume v == 1; always v * x < 2 s }
+property c on M { assume v == 3; always v * x < 2 s }
+"""
+    found = decided(tmp_path, text)
+    assert words(found) == {"a": "proved", "b": "refuted", "c": "unknown"}
+    assert kind(found["c"]) == "vacuous"
+    assert dict(found["b"].run.params) == {"v": 1}
+
+
+def test_a_window_far_away_is_given_up_with_what_was_reached(tmp_path):
+    found = decided(tmp_path, CYCLE + "property a on M { always during [1e6 s, 1e6 s] x <= 5 s + time }")
+    assert kind(found["a"]) == "budget"
+    assert "runs were followed to" in found["a"].verdict.reason
+
+
+def test_a_margin_is_that_of_the_instants_claimed(tmp_path):
+    found = decided(tmp_path, CYCLE + "property a on M { within 1 s; always x <= 0.5 s }")
+    margin = found["a"].verdict.margin
+    assert margin.low <= Q(-1, 2) <= margin.high
+    assert margin.high - margin.low < Q(1, 1000)

@@ -17,6 +17,7 @@ from haverify.analyses.cell import Cell, Exit, moved
 from haverify.analyses.clock_model import ClockEdge, ClockMode, ClockModel
 from haverify.analyses.opening import certainly, due, outcome
 from haverify.maths.bernstein import bounds as range_on
+from haverify.maths.exact import significant
 from haverify.maths.polynomial import Polynomial
 from haverify.model.hybrid import Assign, Init, Range
 from haverify.obligations.formula import negation
@@ -25,6 +26,8 @@ from haverify.text.record import field, holder, replace
 
 Q = Fraction
 MOST_CELLS = 20_000
+MOST_TIMED = 4_000  # cells that follow time as well: each turn of a cycle has its own
+RECENT = 64  # timed cells of one group among which one that covers a new one is sought
 SEPARATE = 12  # cells of one mode and discrete state before they are joined
 MOST_CHOICES = 256
 PATIENCE = 3  # joins of one cell before its moving ends are widened
@@ -92,11 +95,9 @@ class _Search:
         while position < len(self.queue):
             index = self.queue[position]
             position += 1
-            if position > 4 * MOST_CELLS or len(cells) > MOST_CELLS:
-                self.found.trouble = (
-                    "budget",
-                    f"more than {MOST_CELLS} cells; a shorter horizon or fewer clocks would do",
-                )
+            most = MOST_TIMED if self.found.tracked else MOST_CELLS
+            if position > 4 * most or len(cells) > most:
+                self.found.trouble = ("budget", self._too_many(cells[index], most))
                 return
             cell = cells[index]
             cell.dwell = longest(self.found.model, cell, self.found.limit)
@@ -106,11 +107,19 @@ class _Search:
                     for entered in landed(cell, out, self.found.model):
                         self.add(entered, index, k)
 
+    def _too_many(self, cell: Cell, most: int) -> str:
+        """How far it went, the cells being explored in about the order of time."""
+        sigma, time = cell.sigma, self.found.time
+        if sigma is None or sigma.low is None or time is None:
+            return f"more than {most} cells; fewer clocks or choices would do"
+        way = f"{significant(sigma.low / self.found.model.rho_range[1])} s of {significant(time)} s"
+        return f"runs were followed to {way}, for {most} cells; a shorter horizon would do"
+
     def add(self, cell: Cell, parent: int | None = None, edge: int = 0) -> None:
         """Make sure that some cell covers this one, and look at it again if it grew for that."""
         group = self.groups.setdefault(self._key(cell), [])
         cells = self.found.cells
-        if any(_covers(cells[i], cell) for i in group):
+        if any(_covers(cells[i], cell) for i in (group if cell.sigma is None else group[-RECENT:])):
             return
         if parent is not None:
             cell.parent, cell.depth = (parent, edge), cells[parent].depth + 1

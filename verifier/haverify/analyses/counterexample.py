@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from itertools import islice, product
 
+from haverify.analyses.bounds import Interval, narrow
 from haverify.analyses.clock_model import ClockModel
 from haverify.analyses.motion import NOW, Motion, State, Stretch, stretches
 from haverify.analyses.poly_range import Ranges
@@ -151,15 +152,27 @@ class Explorer:
 def choices(model: ClockModel, wanted: Mapping[str, Q], allowed: Formula) -> Iterator[dict[str, Q]]:
     """Values of the params to try: defaults (else middles), those wanted, corners; only where `allowed` holds."""
     seen: set[tuple[Q, ...]] = set()
-    corners = product(*model.params.values()) if len(model.params) <= 4 else iter(())
-    middle = {p: (low + high) / 2 for p, (low, high) in model.params.items()}
-    near = {p: min(max(wanted.get(p, middle[p]), low), high) for p, (low, high) in model.params.items()}
-    listed = [defaults(model), near, middle, *(dict(zip(model.params, c, strict=True)) for c in corners)]
+    ends = assumed_ranges(model, allowed)
+    corners = product(*ends.values()) if len(ends) <= 4 else iter(())
+    middle = {p: (low + high) / 2 for p, (low, high) in ends.items()}
+    near = {p: min(max(wanted.get(p, middle[p]), low), high) for p, (low, high) in ends.items()}
+    usual = {p: min(max(x, ends[p][0]), ends[p][1]) for p, x in defaults(model).items()}
+    listed = [usual, near, middle, *(dict(zip(ends, c, strict=True)) for c in corners)]
     for params in listed:
         key = tuple(params.values())
         if key not in seen and holds(allowed, params):
             seen.add(key)
             yield params
+
+
+def assumed_ranges(model: ClockModel, allowed: Formula) -> dict[str, tuple[Q, Q]]:
+    """The ranges of the params, cut to what is assumed of each of them alone."""
+    ranges = dict(model.params)
+    cut = None if allowed is True else narrow(allowed, {p: Interval(*ends) for p, ends in ranges.items()}, {})
+    for p, x in (cut or {}).items():
+        if x.low is not None and x.high is not None:
+            ranges[p] = (x.low, x.high)
+    return ranges
 
 
 def defaults(model: ClockModel) -> dict[str, Q]:

@@ -88,12 +88,17 @@ def _on_cells(context: Context, setting: Setting, asked: list[Part], work: Work)
         found = [judge(setting, p, cells, work) for p in asked] if cells.trouble is None else []
         if cells.trouble is None and all(j.proved for j in found):
             return cells, found
-        if best is None or best[0].trouble is not None:
+        if best is None or best[0].trouble is not None or _no_worse(found, best[1]):
             best = (cells, found)
     assert best is not None, "there is at least one horizon to try"
     if best[0].trouble is not None:
         best = best[0], [Judged(p, proved=False, reason=best[0].trouble[1], touched=True) for p in asked]
     return best
+
+
+def _no_worse(found: list[Judged], before: list[Judged]) -> bool:
+    """Whether cells of a shorter time show as much: their margins are those of the claim's horizon."""
+    return bool(found) and all(j.proved or not b.proved for j, b in zip(found, before, strict=True))
 
 
 def _horizons(setting: Setting) -> Iterator[tuple[Q | None, int | None]]:

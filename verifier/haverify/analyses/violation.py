@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import islice
 
 from haverify.analyses.clock_model import PI, ClockModel
-from haverify.analyses.counterexample import TRIES, Explorer, Node, choices, the_run, worst_moment
+from haverify.analyses.counterexample import MOST_NODES, TRIES, Explorer, Node, choices, the_run, worst_moment
 from haverify.analyses.motion import Motion, State, Stretch, stretches
 from haverify.analyses.questions import Setting
 from haverify.evidence.run import Run
@@ -21,6 +21,7 @@ from haverify.obligations.translate import Scope
 from haverify.text.record import field, holder
 
 Q = Fraction
+NEAR = 48  # nodes looked at for each choice of params before any is followed further
 
 
 @holder
@@ -139,14 +140,14 @@ def _bad_jumps(
 
 
 def meeting_run(setting: Setting, condition: Expr, explorers: Explorers, time: Q | None) -> Run | None:
-    """A run to an instant at which the condition holds."""
-    model = setting.model
-    for params in choices(model, {}, on_params(setting)):
-        explorer = explorers.get(params, time, _jump_limit(setting))
-        for node in explorer.everywhere():
-            for last in moments_met(setting, condition, explorer, node):
-                if keeps_assumptions(setting, explorer.motion, node, last):
-                    return the_run(model, node, params, last)
+    """A run to an instant at which the condition holds: first near the start, whatever the params, then further on."""
+    for most in (NEAR, MOST_NODES):
+        for params in choices(setting.model, {}, on_params(setting)):
+            explorer = explorers.get(params, time, _jump_limit(setting))
+            for node in islice(explorer.everywhere(), most):
+                for last in moments_met(setting, condition, explorer, node):
+                    if keeps_assumptions(setting, explorer.motion, node, last):
+                        return the_run(setting.model, node, params, last)
     return None
 
 
