@@ -219,3 +219,23 @@ def test_a_margin_is_that_of_the_instants_claimed(tmp_path):
     margin = found["a"].verdict.margin
     assert margin.low <= Q(-1, 2) <= margin.high
     assert margin.high - margin.low < Q(1, 1000)
+
+
+def test_why_a_mode_is_never_entered(tmp_path):
+    text = """
+automaton A {
+  var x: s in [0 s, 5 s]
+  init M with x := 0 s
+  mode M {
+    domain x <= 2 s
+    flow { x' = 1 }
+    urgent edge back: -> M when x >= 2 s do x := 0 s
+    edge go: -> N when x > 3 s
+  }
+  mode N { terminal; flow { x' = 0 } }
+}
+property a on A { can reach at(N) }
+"""
+    found = decided(tmp_path, text)
+    assert words(found) == {"a": "refuted"}
+    assert found["a"].notes == ("no run enters mode N: edge go (M -> N) is enabled in no state reached",)

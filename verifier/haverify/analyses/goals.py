@@ -16,6 +16,7 @@ from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.quantities import facts_about
 from haverify.analyses.questions import Setting
 from haverify.analyses.telling import constants_read, decimal, has_quotient, part_text, place_text, unit_of
+from haverify.analyses.unreached import why_unreached
 from haverify.analyses.violation import meeting_run, on_params, stuck_run, violating_run
 from haverify.evidence.certificate import cells_goal, run_goal, run_json
 from haverify.evidence.evidence import PartResult
@@ -268,6 +269,7 @@ def decide_can_reach(context: Context, setting: Setting, number: int, work: Work
     if answer.verdict == "proved":
         answer.verdict = "refuted"
         answer.parts = [_reversed(p) for p in answer.parts]
+        answer.notes = (*answer.notes, *why_unreached(setting.goal.condition, context.cells()))
     else:
         answer.verdict, answer.entry = "unknown", {}
         answer.unknown = answer.unknown or Unknown(
