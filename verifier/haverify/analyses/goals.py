@@ -52,6 +52,8 @@ class Answer:
 
 def decide_always(context: Context, setting: Setting, number: int, work: Work) -> Answer:
     """An `always` goal, or (`can_reach` by its negation) that a condition is never met."""
+    if not setting.has_instants():
+        return _vacuous("its window holds no instant")
     asked = list(parts(condition_of(setting.goal), context.automaton, context.model.index))
     cells, judged = _on_cells(context, setting, asked, work)
     start = _start(context, setting)

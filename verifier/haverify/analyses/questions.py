@@ -45,6 +45,12 @@ class Setting:
             ends.append(self._number(self.goal.window[1]))
         return min(ends) if ends else None
 
+    def has_instants(self) -> bool:
+        """Whether the window and the horizon leave any instant to speak of."""
+        first = self._number(self.goal.window[0]) if self.goal.window is not None else Q(0)
+        last = self.time_limit()
+        return last is None or last >= max(first, Q(0))
+
     def _number(self, e: Expr) -> Q:
         return self.model.values.number(e)
 
