@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+
 from haverify.cli import main
 
 SPEC = Path(__file__).parents[2] / "spec"
