@@ -396,6 +396,10 @@ def established(core: Core, claim: Json, certificate: Json, settings: Callable[[
     said = certificate["schema"], certificate["claim"], certificate["verdict"] in ("proved", "refuted")
     if said != ("haverify.certificate/1", claim["name"], True):
         raise Refused("its certificate has another schema, is about another claim or has no verdict")
+    if all(g["kind"] == "holds" for g in claim["goals"]):
+        from hacheck.holds import held
+
+        return held(core, claim, certificate)
     if claim["on"] not in core.automata or claim["which"]:
         raise Beyond("claims about systems, rules and formulas, and `for which`")
     automaton = core.automata[claim["on"]]

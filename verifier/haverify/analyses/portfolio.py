@@ -28,8 +28,7 @@ MISSING = {
     "can_always": "`can always` needs a search over whole runs, which this version does not have",
     "stl": "bounded STL needs monitoring over runs, which this version does not have",
     "cycle": "`cycle through` needs a return map, which this version does not have",
-    "holds": "`holds` is about rules, fuzzy systems or params alone; this version decides claims about runs "
-    "of automata",
+    "holds": "`holds` beside goals about runs; write two properties",
 }
 
 
@@ -47,10 +46,11 @@ class Contexts:
             automaton = next((a for a in self.spec.automata if a.name == name), None)
             if automaton is None:
                 return None
-            self.known[name] = Context(self.spec, automaton, self._core())
+            self.known[name] = Context(self.spec, automaton, self.core_value())
         return self.known[name]
 
-    def _core(self) -> Any:
+    def core_value(self) -> Any:
+        """The spec's core."""
         from haverify.model.core import to_core
 
         if self.core is None:
@@ -79,6 +79,10 @@ def decide_all(spec: Spec, names: Iterable[str] | None = None, budget: Fraction 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
     """What the analyses propose for one claim."""
     contexts = contexts or contexts_of(spec)
+    if all(g.kind == "holds" for g in claim.goals):
+        from haverify.analyses.holds import decide_holds
+
+        return decide_holds(spec, claim, contexts.core_value(), units)
     missing = _missing(spec, claim)
     if missing is not None:
         return Evidence(Unknown("fragment", missing), (), METHOD)

@@ -29,6 +29,7 @@ def evidence_to(e: Evidence) -> dict[str, Any]:
         and {"verdict": _verdict_to(e.rounding.verdict), "margin": _margin_to(e.rounding.margin)},
         "run": _run_to(e.run),
         "notes": list(e.notes),
+        "witness": [list(w) for w in e.witness],
     }
 
 
@@ -49,6 +50,7 @@ def evidence_from(value: Any, cells: dict[str, dict[str, Any]]) -> Evidence:
             rounding=_rounding_from(value["rounding"]),
             run=_run_from(value["run"]),
             notes=_texts(value["notes"]),
+            witness=tuple((_text(name), _text(given)) for name, given in value["witness"]),
         )
     except (KeyError, TypeError, AttributeError, ZeroDivisionError, IndexError) as e:
         raise ValueError(f"not an evidence: {e!r}") from e

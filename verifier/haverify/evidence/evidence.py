@@ -64,3 +64,4 @@ class Evidence:
     rounding: Rounding | None = None
     run: Run | None = None
     notes: tuple[str, ...] = ()
+    witness: tuple[tuple[str, str], ...] = ()  # names and values that decide a claim without time

@@ -71,6 +71,7 @@ class Assembler:
             using=list(claim.using),
             certificate=certificate,
             run=self.run(claim, evidence),
+            witness=dict(evidence.witness) if decided and evidence.witness else None,
             kind=unknown.kind if unknown else None,
             reason=unknown.reason if unknown else None,
             reached=unknown.reached or None if unknown else None,

@@ -120,7 +120,7 @@ class Run:
 class Claim:
     """A claim and what is known of it. `ok`: the verdict is the expected one; `problems` says what is not.
 
-    `because` is the reason that its `expect` gives.
+    `because` is the reason that its `expect` gives, `witness` the values that decide a claim without time.
     """
 
     name: str
@@ -143,6 +143,7 @@ class Claim:
     using: list[str]
     certificate: str | None
     run: Run | None
+    witness: dict[str, str] | None
     kind: str | None
     reason: str | None
     reached: str | None

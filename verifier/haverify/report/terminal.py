@@ -91,6 +91,7 @@ def _details(c: Claim) -> str:
         lines += _part(part)
     lines += _more(bad)
     lines += _run(c.run) if c.run and c.verdict == "refuted" else []
+    lines += _witness(c)
     return "\n".join(lines + _notes(c))
 
 
@@ -103,6 +104,7 @@ def _as_expected(c: Claim) -> str:
     lines += _why_unknown(c) if c.verdict == "unknown" else []
     for part in bad[:_PARTS]:
         lines += _short_part(part)
+    lines += _witness(c)
     return "\n".join(lines + _more(bad) + _notes(c))
 
 
@@ -150,6 +152,11 @@ def _run(run: Run) -> list[str]:
     if run.times_decimal and len(run.times_decimal) > len(run.mode_path):
         lines.append(f"    violated at t = {run.times_decimal[-1]} s")
     return lines
+
+
+def _witness(c: Claim) -> list[str]:
+    values = ", ".join(f"{name} = {value}" for name, value in (c.witness or {}).items())
+    return [f"  for {values}"] if values else []
 
 
 def _quantity(run: Run, name: str, value: str) -> str:
