@@ -44,8 +44,9 @@ def example_claim(**changes: object) -> report.Claim:
         "verdict": "refuted", "expected": "proved", "because": None, "ok": False, "trust": "checked",
         "parts": [bad], "rounding": None,
         "method": "poly-range", "margin": bad.margin, "horizon": None, "assumptions": [], "using": [],
-        "certificate": "certificates/knee_range.json", "run": None, "witness": None, "kind": None, "reason": None, "reached": None,
-        "nearest": None, "next_step": None, "problems": ["expected proved, got refuted"], "notes": [],
+        "certificate": "certificates/knee_range.json", "run": None, "witness": None,
+        "kind": None, "reason": None, "reached": None, "nearest": None, "next_step": None,
+        "problems": ["expected proved, got refuted"], "notes": [],
         "wall_s": 0.0, "cpu_s": 0.0,
     }  # fmt: skip
     return report.Claim(**{**values, **changes})  # type: ignore[arg-type]
