@@ -67,7 +67,7 @@ def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("-p", "--property", metavar="NAME", help="decide one claim (or family) only")
     p.add_argument("--budget", metavar="TIME", help="safety net in time for each claim: 90s, 5min (default 60s)")
     p.add_argument("--jobs", type=int, metavar="N", help="processes that share the claims (default 1)")
-    p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
+    p.add_argument("--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)")
     where = p.add_mutually_exclusive_group()
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
@@ -86,7 +86,7 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--fix", action="store_true", help="apply the safe fixes")
     p.add_argument("--unsafe-fixes", action="store_true", help="apply proposed fixes too; read the difference")
     p.add_argument("--select", metavar="CODES", help="only findings whose code starts so: HA2,HA303")
-    p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
+    p.add_argument("--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 

@@ -13,9 +13,12 @@ from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.diagnostics.render import render_all
 from haverify.errors import UsageError
 from haverify.evidence.verdict import Trust
+from haverify.report.as_github import as_github
 from haverify.report.as_json import as_line
+from haverify.report.as_junit import as_junit
+from haverify.report.as_sarif import as_sarif
 from haverify.report.exit_codes import FAULT, UNREADABLE, worst
-from haverify.report.findings import finding, github
+from haverify.report.report import Report
 from haverify.report.terminal import closing, summary
 from haverify.run.pipeline import Options, Outcome, check, require_known
 from haverify.run.settings import Settings, duration, settings
@@ -28,13 +31,16 @@ def run(called: argparse.Namespace) -> int:
     options = {path: _options(called, here, path) for path in called.files}
     _require_own_folders(called, here)
     codes, folders, known, faulty = [], [], list[str](), list[str]()
+    reports, unread = list[Report](), list[tuple[str, str]]()
     for path in called.files:
         try:
             outcome = check(path, options[path])
         except UsageError as e:
             print(f"haverify: {e}", file=sys.stderr)
             codes.append(UNREADABLE)
+            unread.append((path, str(e)))
             continue
+        reports.append(outcome.report)
         known += outcome.known
         codes.append(outcome.report.summary.exit_code)
         folders += [f"{outcome.folder}/report.json"] if outcome.folder else []
@@ -47,7 +53,12 @@ def run(called: argparse.Namespace) -> int:
     code = worst(codes)
     if form == "text":
         put(closing(code, folders, dict.fromkeys(faulty)))
+    elif form in _DOCUMENTS:
+        put(_DOCUMENTS[form](reports, unread))
     return code
+
+
+_DOCUMENTS = {"sarif": as_sarif, "junit": as_junit}  # one for all specs
 
 
 def _show(outcome: Outcome, form: str) -> None:
@@ -55,26 +66,14 @@ def _show(outcome: Outcome, form: str) -> None:
     if form == "json":
         put(as_line(outcome.report))
     elif form == "github":
-        put(github([finding(d, outcome.examined.sources) for d in [*_worth_showing(outcome), *outcome.problems]]))
-        put(github_unknown(outcome))
-    else:
+        put(as_github(outcome.report))
+    elif form == "text":
         put(_findings(outcome))
         put(summary(outcome.report, wants_colour()) + "\n")
     for fault in outcome.faults:
         print(f"haverify: SoundnessError: {fault}", file=sys.stderr)
     if outcome.faults:
         print("haverify: this is a fault of haverify, not of the spec; please report it", file=sys.stderr)
-
-
-def github_unknown(outcome: Outcome) -> str:
-    """A workflow command for each claim that is unknown against expectation; the other problems are findings."""
-    named = {d.message.split(": ")[0] for d in outcome.problems}
-    lines = []
-    for c in outcome.report.claims:
-        if not c.ok and c.verdict == "unknown" and c.name not in named:
-            reason = " ".join((c.reason or "").split()).replace("%", "%25")
-            lines.append(f"::error file={c.path},line={c.line or 1},title=unknown::{c.name}: {reason}\n")
-    return "".join(lines)
 
 
 def _findings(outcome: Outcome) -> str:

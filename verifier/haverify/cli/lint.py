@@ -21,16 +21,18 @@ def run(called: argparse.Namespace) -> int:
     lock = called.lock or here.lock
     if lock is not None and not Path(lock).is_file():
         raise UsageError(f"{lock}: there is no such lock file")
-    results, exits = list[Examined](), list[int]()
+    results, exits, unread = list[Examined](), list[int](), list[tuple[str, str]]()
     for path in called.files:
         try:
             results.append(_examine(path, lock, called))
         except UsageError as e:
             print(f"haverify: {e}", file=sys.stderr)
             exits.append(UNREADABLE)
+            unread.append((path, str(e)))
     exits += [finding_code(e.found, e.accepted) for e in results]
-    _show(results, called.format or here.format or "text")
-    return worst(exits)
+    code = worst(exits)
+    _show(results, called.format or here.format or "text", code, unread)
+    return code
 
 
 def _examine(path: str, lock: str | None, called: argparse.Namespace) -> Examined:
@@ -46,20 +48,32 @@ def _examine(path: str, lock: str | None, called: argparse.Namespace) -> Examine
     return examined
 
 
-def _show(results: list[Examined], form: str) -> None:
+def _show(results: list[Examined], form: str, code: int, unread: list[tuple[str, str]]) -> None:
+    """Print the findings as they are asked for; `unread` are files that could not be read, and why."""
     if form == "text":
         for e in results:
             put(_text(e))
         return
-    from haverify.report.findings import finding, github
+    from haverify.run.told import told
 
-    found = [finding(d, e.sources, e.accepted.get(d)) for e in results for d in e.found]
+    found = [(e.path, told(e)) for e in results]
+    every = [f for _, of_spec in found for f in of_spec]
     if form == "github":
-        put(github(found))
+        from haverify.report.as_github import findings_as_github
+
+        put(findings_as_github(every))
+    elif form == "sarif":
+        from haverify.report.as_sarif import findings_as_sarif
+
+        put(findings_as_sarif(every, code, unread))
+    elif form == "junit":
+        from haverify.report.as_junit import findings_as_junit
+
+        put(findings_as_junit(found, unread))
     else:
         from haverify.report.as_json import findings_as_json
 
-        put(findings_as_json(found))
+        put(findings_as_json(every))
 
 
 def _text(e: Examined) -> str:

@@ -55,7 +55,7 @@ def render(d: Diagnostic, sources: Mapping[str, Source], colour: bool = False) -
     if colour:
         head = f"{_COLOUR[kind]}{head}{_RESET}"
     lines = [f"{head}: {_one_line(d.message)}"]
-    lines += _places(d, sources)
+    lines += places(d, sources)
     lines += [text for note in d.notes for text in _entry("note", note)]
     if d.help:
         lines += _entry("help", d.help)
@@ -80,7 +80,7 @@ def _entry(word: str, text: str) -> list[str]:
     return [f"   = {word}: {first}", *(f"     {' ' * len(word)}  {line}" for line in rest)]
 
 
-def _places(d: Diagnostic, sources: Mapping[str, Source]) -> list[str]:
+def places(d: Diagnostic, sources: Mapping[str, Source]) -> list[str]:
     """The excerpts: the file of the primary span first, other files after it."""
     if d.span is None:
         return []

@@ -6,7 +6,7 @@ from haverify.report.exit_codes import MEANING
 from haverify.report.report import Claim, Report
 from haverify.report.terminal import with_unit
 
-_ROWS = 40
+_ROWS = 30
 
 
 def as_markdown(report: Report) -> str:
@@ -41,4 +41,8 @@ def _row(c: Claim) -> str:
 
 
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+    """A text within a line or a cell of a table; what would be markup there is written as it reads."""
+    plain = " ".join(text.split())
+    for sign, written in (("&", "&amp;"), ("<", "&lt;"), ("|", "\\|"), ("`", "\\`")):
+        plain = plain.replace(sign, written)
+    return plain

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from haverify.text.record import record
+from haverify.text.record import field, record
 
 SCHEMA = "haverify.report/1"
 
@@ -34,8 +34,23 @@ class InputFile:
 
 
 @record
+class Label:
+    """A further place of a finding and what it has to say there; of an edit: the text that replaces it."""
+
+    path: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    text: str
+
+
+@record
 class Finding:
-    """A finding with its place; `accepted` is the reason for which `@allow` or `haverify.lock` accepts it."""
+    """A finding with its place; `accepted` is the reason for which `@allow` or `haverify.lock` accepts it.
+
+    `fingerprint` stays the same when lines move; `excerpt` shows the places with carets; `edits` make up the fix.
+    """
 
     code: str
     name: str
@@ -50,6 +65,11 @@ class Finding:
     help: str | None
     fix: str | None
     accepted: str | None
+    accepted_in: Literal["source", "lock"] | None = None
+    fingerprint: str = ""
+    excerpt: list[str] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+    edits: list[Label] = field(default_factory=list)
 
 
 @record

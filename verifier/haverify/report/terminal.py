@@ -27,7 +27,7 @@ def summary(report: Report, colour: bool = False) -> str:
     """What one spec's report says, for people."""
     head = f'{report.spec}: "{report.title}"' if report.title else report.spec
     blocks = [head, *([_table(report.claims, colour)] if report.claims else [])]
-    blocks += [text for claim in report.claims if (text := _details(claim))]
+    blocks += [text for claim in report.claims if (text := details(claim))]
     blocks += [unrecorded.advice(report)] if any(map(unrecorded.is_so, report.claims)) else []
     return "\n\n".join([*blocks, _counts(report)]) + "\n"
 
@@ -76,7 +76,7 @@ def _margin(m: Margin | None) -> str:
     return f"margin {with_unit(m)}{at}"
 
 
-def _details(c: Claim) -> str:
+def details(c: Claim) -> str:
     """What there is to say beyond the line in the table; nothing for a claim that is proved as expected."""
     if c.ok:
         return "" if c.verdict == "proved" else _as_expected(c)

@@ -20,7 +20,9 @@ from haverify.model.claim import Claim
 from haverify.model.spec import Spec
 from haverify.report import exit_codes, gate, report, unrecorded
 from haverify.report.as_json import as_json
+from haverify.report.as_junit import as_junit
 from haverify.report.as_markdown import as_markdown
+from haverify.report.as_sarif import as_sarif
 from haverify.report.assemble import Assembler
 from haverify.report.baseline import RefutedEntry
 from haverify.report.findings import finding
@@ -30,6 +32,7 @@ from haverify.run.examine import Examined, examine
 from haverify.run.folder import ReportFolder, certificate_file, obligation_file
 from haverify.run.keys import reproducibility
 from haverify.run.lockfile import refuted_text
+from haverify.run.told import told
 from haverify.text.record import record, replace
 
 
@@ -166,7 +169,7 @@ def _report(
     options: Options,
     started: _Clock,
 ) -> report.Report:
-    findings = [finding(d, e.sources, e.accepted.get(d)) for d in e.found] + [finding(d, e.sources) for d in problems]
+    findings = told(e) + [finding(d, e.sources) for d in problems]
     code = exit_code(e, [j.exit_code for j in judged.values()], decided)
     inputs = [report.InputFile(s.path, s.sha256) for s in sorted(e.sources.values(), key=lambda s: s.path)]
     inputs = [i for i in inputs if not i.path.endswith("haverify.lock")]
@@ -225,6 +228,8 @@ def _write(folder: ReportFolder, r: report.Report, claims: Sequence[Claim], deci
         folder.add(obligation_file(claim.name), _obligations(claim, decided.evidence[claim.name]))
     folder.add("report.json", as_json(r))
     folder.add("summary.md", as_markdown(r))
+    folder.add("report.sarif", as_sarif([r]))
+    folder.add("junit.xml", as_junit([r]))
 
 
 def _obligations(claim: Claim, evidence: Evidence) -> str:

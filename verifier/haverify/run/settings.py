@@ -12,7 +12,7 @@ from haverify.errors import UsageError
 from haverify.text.record import record
 
 GRADES = ("checked", "enclosed", "solver")
-FORMATS = ("text", "json", "github")
+FORMATS = ("text", "json", "sarif", "junit", "github")
 
 
 @record
