@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, lcm, prod
@@ -10,75 +9,70 @@ from typing import Any
 
 from hacheck import sturm
 from hacheck.formula import Formula, literal, replace, sign_fits, true, variables
-from hacheck.polynomial import Poly, by_power, names, substitute
+from hacheck.polynomial import ZERO, Poly, add, by_power, names, scale
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Box = dict[str, Interval]
 MAX_COEFFICIENTS = 50_000
 
 
-@lru_cache(maxsize=512)
-def _matrix(low: Fraction, high: Fraction, d: int) -> tuple[list[list[int]], int]:
-    """Monomial to Bernstein coefficients on [low, high], and the positive number to divide by.
+@lru_cache(maxsize=2048)
+def _matrix(a: int, p: int, b: int, q: int, d: int) -> tuple[list[list[int]], int]:
+    """Monomial to Bernstein coefficients on [a/p, b/q], and the positive number to divide by.
 
     Coefficient j is the polar form of x^k at d-j copies of low and j of high: an elementary symmetric
     polynomial, sum over i of C(j,i) C(d-j,k-i) high^i low^(k-i), divided by C(d,k).
     """
-    q = lcm(low.denominator, high.denominator)
-    a, b, unit = int(low * q), int(high * q), lcm(*(comb(d, k) for k in range(d + 1)))
-    spend((d + 1) ** 3 * (1 + (d * (q.bit_length() + a.bit_length() + b.bit_length()) >> 8)))
+    unit, whole = lcm(p, q), lcm(*(comb(d, k) for k in range(d + 1)))
+    a, b = a * (unit // p), b * (unit // q)
+    spend((d + 1) ** 3 * (1 + (d * (unit.bit_length() + a.bit_length() + b.bit_length()) >> 8)))
 
     def entry(j: int, k: int) -> int:
-        terms: Iterator[int] = (comb(j, i) * comb(d - j, k - i) * b**i * a ** (k - i) for i in range(min(j, k) + 1))
-        return int(sum(terms) * q ** (d - k) * (unit // comb(d, k)))
+        terms = (comb(j, i) * comb(d - j, k - i) * b**i * a ** (k - i) for i in range(min(j, k) + 1))
+        return int(sum(terms) * unit ** (d - k) * (whole // comb(d, k)))
 
-    return [[entry(j, k) for k in range(d + 1)] for j in range(d + 1)], q**d * unit
+    return [[entry(j, k) for k in range(d + 1)] for j in range(d + 1)], unit**d * whole
 
 
 def _along(flat: list[int], stride: int, rows: list[list[int]]) -> list[int]:
     """The matrix applied along one axis of a tensor stored flat."""
-    n, out = len(rows), [0] * len(flat)
-    for block in range(0, len(flat), stride * n):
+    out, step = [0] * len(flat), stride * len(rows)
+    for block in range(0, len(flat), step):
         for base in range(block, block + stride):
-            line = flat[base : base + stride * n : stride]
-            for j, row in enumerate(rows):
-                out[base + j * stride] = sum(r * x for r, x in zip(row, line, strict=True))
+            line = flat[base : block + step : stride]
+            out[base : block + step : stride] = [sum(map(int.__mul__, row, line)) for row in rows]
     return out
 
 
 def coefficients(p: Poly, box: Box) -> tuple[list[int], int] | None:
     """Bernstein coefficients as integers over one positive denominator; None where the box is unbounded."""
-    order = sorted(names(p))
-    degree = [max(dict(m).get(v, 0) for m in p) for v in order]
-    size = prod(d + 1 for d in degree)
+    degree = {v: max(m.count(v) for m in p.terms) for v in sorted(names(p))}
+    size = prod(d + 1 for d in degree.values())
     if size > MAX_COEFFICIENTS:
         raise Beyond("a polynomial has too many Bernstein coefficients")
-    divisor = lcm(*(c.denominator for c in p.values()))
-    spend(size * (sum(degree) + 1) * (1 + (divisor.bit_length() >> 8)))
-    stride = [prod(d + 1 for d in degree[i + 1 :]) for i in range(len(order))]
-    steps, flat = dict(zip(order, stride, strict=True)), [0] * size
-    for m, c in p.items():
-        flat[sum(steps[v] * k for v, k in m)] = c.numerator * (divisor // c.denominator)
-    for v, d in zip(order, degree, strict=True):
+    spend(size * (sum(degree.values()) + 1) * (1 + (p.bits >> 8)))
+    flat, divisor, left = [0] * size, p.unit, size
+    stride = {v: (left := left // (d + 1)) for v, d in degree.items()}
+    for m, c in p.terms.items():
+        flat[sum(map(stride.__getitem__, m))] = c
+    for v, d in degree.items():
         low, high = box.get(v, (None, None))
         if low is None or high is None:
             return None
-        rows, factor = _matrix(low, high, d)
-        flat, divisor = _along(flat, steps[v], rows), divisor * factor
+        rows, factor = _matrix(low.numerator, low.denominator, high.numerator, high.denominator, d)
+        flat, divisor = _along(flat, stride[v], rows), divisor * factor
     return flat, divisor
 
 
 def bounds(p: Poly, box: Box) -> Interval:
     """An enclosure of the range of p on the box, the least and greatest Bernstein coefficient."""
-    if not p:
-        return Fraction(0), Fraction(0)
     found = coefficients(p, box)
     return (None, None) if found is None else (Fraction(min(found[0]), found[1]), Fraction(max(found[0]), found[1]))
 
 
 def certain(op: str, p: Poly, box: Box) -> bool:
     """Is `p op 0` everywhere on the box, by its Bernstein coefficients?"""
-    found = coefficients(p, box) if p else ([0], 1)
+    found = coefficients(p, box)
     if found is None:
         return False
     low, high = min(found[0]), max(found[0])
@@ -108,12 +102,12 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
 
     def worst(op: str, p: Poly) -> Formula:
         parts = by_power(p, v)
-        if set(parts) <= {0}:
+        if parts.keys() <= {0}:
             return (op, p)
-        if set(parts) <= {0, 1} and op in ("<", "<="):
+        if parts.keys() <= {0, 1} and op in ("<", "<="):
             for sign, end in ((">=", box[v][1]), ("<=", box[v][0])):
                 if end is not None and _signed(sign, parts[1], box):
-                    return literal(op, substitute(p, {v: {(): end} if end else {}}, {}))
+                    return literal(op, add(scale(parts[1], end), parts.get(0, ZERO)))
         return False
 
     return replace(f, worst)

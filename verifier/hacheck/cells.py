@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from hacheck import bernstein
 from hacheck.expressions import Instant, Scope
 from hacheck.formula import Formula, conj, literals, variables
-from hacheck.polynomial import ONE, Poly, Powers, add, const, constant, names, scale, var
+from hacheck.polynomial import ONE, ZERO, Images, Poly, add, by_power, const, constant, names, scale, var
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Json = Any
@@ -61,6 +61,7 @@ class Model:
         self.leaving: dict[str, list[int]] = {m: [] for m in scope.modes}
         for k, e in enumerate(self.a["edges"]):
             self.leaving[e["source"]].append(k)
+        self._bounds: dict[tuple[str, int, object], tuple[Poly, list[Bound] | None]] = {}
         self._flows: dict[str, tuple[Poly, dict[str, Fraction]]] = {}
         self._landings: dict[tuple[int, str], Instant] = {}
         self._guards: dict[tuple[int, bool, bool, bool], Formula] = {}
@@ -75,8 +76,8 @@ class Model:
         if mode not in self._flows:
             rates = self.scope.rates(mode)
             rho = next((r for r in rates.values() if constant(r) is None), ONE)
-            lead = next(iter(rho))
-            slopes = {v: r.get(lead, Fraction(0)) / rho[lead] for v, r in rates.items()}
+            lead = next(iter(rho.terms))
+            slopes = {v: Fraction(r.terms.get(lead, 0) * rho.unit, rho.terms[lead] * r.unit) for v, r in rates.items()}
             if any(scale(rho, slopes[v]) != r for v, r in rates.items()):
                 raise Beyond(f"the rates of mode {mode} are no rational multiples of one of them")
             if not bernstein.certain(">", rho, self.scope.box):
@@ -112,14 +113,20 @@ class Model:
 
     def bounds(self, op: str, p: Poly, over: Collection[str] | None = None) -> list[Bound] | None:
         """A literal as bounds on one variable: `a v + r op 0`, a rational, r without other variables of the state."""
-        found = sorted(names(p) & set(self.scope.types if over is None else over))
+        key = op, id(p), over is None or frozenset(over)
+        if key not in self._bounds:
+            self._bounds[key] = p, self._bound(op, p, self.scope.types if over is None else over)
+        return self._bounds[key][1]
+
+    def _bound(self, op: str, p: Poly, over: Collection[str]) -> list[Bound] | None:
+        found = sorted(names(p) & set(over))
         if len(found) != 1 or op == "!=" or "sigma" in names(p):
             return None
-        only = ((found[0], 1),)
-        if only not in p or any(v == found[0] for m in p if m != only for v, _ in m):
+        parts = by_power(p, found[0])
+        a = constant(parts.get(1, ONE))
+        if a is None or not parts.keys() <= {0, 1}:
             return None
-        a = p[only]
-        low, high = bernstein.bounds({m: -c / a for m, c in p.items() if m != only}, self.scope.box)
+        low, high = bernstein.bounds(scale(parts.get(0, ZERO), -1 / a), self.scope.box)
         if low is None or high is None:
             return None
         return [(found[0], up, op == "<", low, high) for up in ((True, False) if op == "==" else (a > 0,))]
@@ -240,7 +247,7 @@ class Cells:
         self.cells = [_cell(model, c, self.timed) for c in data["cells"]]
         if (self.timed or self.time is not None) and (not self.timed or model.scope.rho is None):
             raise Refused("time is tracked, but the modes do not share one rate")
-        self._placed: dict[Any, tuple[dict[str, Poly], Box, Powers]] = {}
+        self._placed: dict[Any, tuple[dict[str, Poly], Box, Images]] = {}
         self.end = self.horizon(self.time)[1]
         self._init()
         for i in range(len(self.cells)):
@@ -474,7 +481,7 @@ class Cells:
             out[c.mode].append(i)
         return out
 
-    def place(self, i: int, s: Interval, sets: Box) -> tuple[dict[str, Poly], Box, Powers]:
+    def place(self, i: int, s: Interval, sets: Box) -> tuple[dict[str, Poly], Box, Images]:
         """State variables as polynomials of entry and dwell, and the box these vary in; points are no variables."""
         key, c, scope = (i, s, tuple(sets.items())), self.cells[i], self.model.scope
         if key not in self._placed:

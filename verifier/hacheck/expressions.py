@@ -11,7 +11,22 @@ from typing import Any
 from hacheck import bernstein
 from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
-from hacheck.polynomial import ONE, Poly, Powers, add, along, const, constant, mul, names, power, scale, substitute, var
+from hacheck.polynomial import (
+    ONE,
+    ZERO,
+    Images,
+    Poly,
+    add,
+    along,
+    const,
+    constant,
+    mul,
+    names,
+    power,
+    scale,
+    substitute,
+    var,
+)
 from hacheck.rational import PI, Beyond, Interval, Refused, number, spend
 
 Json = Any
@@ -122,8 +137,7 @@ class Scope:
 
     def integral(self, p: Poly) -> bool:
         """Is it an integer wherever discrete variables are?"""
-        whole = all(c.denominator == 1 for c in p.values())
-        return whole and all(self.types.get(v, "real") != "real" for v in names(p))
+        return p.unit == 1 and all(self.types.get(v, "real") != "real" for v in names(p))
 
     def ordinal(self, enum: str, value: str) -> Fraction:
         """The number an enumeration value counts as."""
@@ -153,7 +167,7 @@ class Scope:
             flow, at = self.modes[mode]["flow"], Instant(self, mode, {})
             if not all("rate" in line for line in flow):
                 raise Beyond("flows that are inclusions")
-            self._rates[mode] = {**{v: {} for v in self.types}, **{f["var"]: at.poly(f["rate"]) for f in flow}}
+            self._rates[mode] = {**dict.fromkeys(self.types, ZERO), **{f["var"]: at.poly(f["rate"]) for f in flow}}
         return self._rates[mode]
 
     def let(self, mode: str | None, name: str) -> Json:
@@ -175,7 +189,7 @@ class Instant:
         self.scope, self.mode, self.env, self.time, self.edge, self.before = scope, mode, env, time, edge, before
         self._lets: dict[tuple[str, bool], list[Case]] = {}
         self._careful = 0  # > 0 where a division that may be by zero, or a switch, is not understood
-        self._powers: Powers = {}
+        self._images: Images = {}
 
     @cached_property
     def domain(self) -> Formula:
@@ -220,7 +234,7 @@ class Instant:
         if bit is not None:
             return [(False, bit, ONE)]
         no, yes = self._sides(e)
-        return _few([(no, ONE, ONE), (yes, {}, ONE)])
+        return _few([(no, ONE, ONE), (yes, ZERO, ONE)])
 
     def _bit(self, e: Json) -> Poly | None:
         """A truth made of truth variables, as a polynomial in them; None for others."""
@@ -314,7 +328,7 @@ class Instant:
         if len(cases) > 1 or names(cases[0][2]) & set(moving) or timed:
             raise Beyond("a derivative of what is no polynomial")
         slope = along(cases[0][1], moving)
-        return substitute(slope, self.env, self._powers), cases[0][2]
+        return substitute(slope, self.env, self._images), cases[0][2]
 
     def _is_truth(self, e: Json) -> bool:
         if not isinstance(e, list):

@@ -1,32 +1,41 @@
 """Formulas in negation normal form over literals `p < 0`, `p <= 0`, `p == 0`, `p != 0`.
 
-A formula is True, False, ("and", f, ...), ("or", f, ...) or a literal (op, polynomial).
+A formula is True, False, ("and", f, ...), ("or", f, ...) or a literal (op, polynomial with integer coefficients).
 """
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from hacheck.polynomial import Poly, constant, names, scale
+from hacheck.polynomial import Poly, names, scale
 
 Formula = Any  # bool | tuple, as above
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 CLOSED = {"<": "<=", "<=": "<=", ">": ">=", ">=": ">=", "==": "=="}  # `!=` becomes true (S6)
+_COMPARED = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
 
 
 def sign_fits(op: str, sign: int | Fraction) -> bool:
     """Does a number of that sign satisfy `op 0`?"""
-    return {"<": sign < 0, "<=": sign <= 0, ">": sign > 0, ">=": sign >= 0, "==": sign == 0, "!=": sign != 0}[op]
+    return bool(_COMPARED[op](sign, 0))
 
 
 def literal(op: str, p: Poly) -> Formula:
     """`p op 0` for any comparison, decided where p is a constant."""
-    q = constant(p)
-    if q is not None:
-        return sign_fits(op, q)
-    return ("<" + op[1:], scale(p, -1)) if op[0] == ">" else (op, p)
+    if not p.terms or (len(p.terms) == 1 and () in p.terms):
+        return sign_fits(op, p.terms.get((), 0))
+    whole = p if p.unit == 1 else Poly(p.terms, 1, p.bits - p.unit.bit_length() + 1)
+    return ("<" + op[1:], scale(whole, -1)) if op[0] == ">" else (op, whole)
 
 
 def _join(word: str, neutral: bool, members: Iterable[Formula]) -> Formula:
@@ -60,13 +69,8 @@ def replace(f: Formula, change: Callable[[str, Poly], Formula]) -> Formula:
 
 def literals(f: Formula) -> Iterator[tuple[str, Poly]]:
     """All literals."""
-    if isinstance(f, bool):
-        return
-    if f[0] in ("and", "or"):
-        for g in f[1:]:
-            yield from literals(g)
-    else:
-        yield f
+    if not isinstance(f, bool):
+        yield from (x for g in f[1:] for x in literals(g)) if f[0] in ("and", "or") else (f,)
 
 
 def variables(f: Formula) -> set[str]:
@@ -87,7 +91,7 @@ def true(f: Formula, holds: Callable[[str, Poly], bool]) -> bool:
 
 def _exhaustive(members: tuple[Formula, ...]) -> bool:
     """Is one of a few alternatives the negation of another?"""
-    found = [f for f in members if not isinstance(f, bool) and f[0] not in ("and", "or")][:16]
+    found = [f for f in members if f[0] not in ("and", "or")][:16]
     return any(_denied(f) in found for f in found)
 
 

@@ -12,8 +12,8 @@ from hacheck import bernstein
 from hacheck.cells import Box, Cells, Model
 from hacheck.core import Core
 from hacheck.expressions import EVENTS, Instant, Scope, nodes, well_formed
-from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace, variables
-from hacheck.polynomial import Poly, Powers, constant, substitute
+from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace
+from hacheck.polynomial import Images, Poly, constant, substitute
 from hacheck.rational import Beyond, Interval, Refused, spend
 from hacheck.replay import Walk
 
@@ -91,7 +91,7 @@ class Part(NamedTuple):
     where: str
     output: str
     place: Any
-    conjuncts: tuple[Json, ...]
+    conjuncts: tuple[Json, ...]  # those that do not fold to true
 
 
 def parts(automaton: Json, condition: Json) -> Iterator[Part]:
@@ -106,16 +106,18 @@ def parts(automaton: Json, condition: Json) -> Iterator[Part]:
     for m in automaton["modes"]:
         spend(len(groups))
         for output, cs in groups.items():
-            if any(fold(c, m["name"], None) is not True for c in cs):
-                yield Part("dwell", m["name"], output, m["name"], tuple(cs))
+            left = tuple(c for c in cs if fold(c, m["name"], None) is not True)
+            if left:
+                yield Part("dwell", m["name"], output, m["name"], left)
     jumpy = {o: cs for o, cs in groups.items() if any(n[0] in EVENTS for n in nodes(cs))}
     ends = [(e["source"], e["target"]) for e in automaton["edges"]] if jumpy else []
     for k, (source, target) in enumerate(ends):
         edge = automaton["edges"][k]
         where = f"{source} -> {target}" + (f" ({edge['name']})" if ends.count((source, target)) > 1 else "")
         for output, cs in jumpy.items():
-            if any(fold(c, target, edge) is not True for c in cs):
-                yield Part("jump", where, output, k, tuple(cs))
+            left = tuple(c for c in cs if fold(c, target, edge) is not True)
+            if left:
+                yield Part("jump", where, output, k, left)
 
 
 class Setting:
@@ -249,12 +251,15 @@ class Question:
 
     def _outside(self, cells: Cells, at: Instant) -> list[Formula]:
         """Reasons why nothing is claimed at an instant in cells: outside the domain, the assumptions, the time."""
-        mode = self.model.scope.modes[str(at.mode)]
+        terminal = self.model.scope.modes[str(at.mode)]["terminal"]
+        return [at.outside, *(at.formula(a, True) for a in self.assume), self._timing(at, cells.timed, terminal)]
+
+    def _timeless(self, name: str) -> None:
+        """In a terminal mode no claim reads the time, which may go on alone."""
+        mode = self.model.scope.modes[name]
         seen = [self.goal["condition"], mode["lets"], self.setting.a["lets"]] if mode["terminal"] else []
         if any(n[0] == "time" for n in nodes(seen)):
             raise Beyond("time in a claim about a terminal mode")
-        return [at.outside, *(at.formula(a, True) for a in self.assume),
-                self._timing(at, cells.timed, mode["terminal"])]  # fmt: skip
 
     def _prove(self, cells: Cells, part: Part, proof: Json) -> None:
         """One tree for each cell that the part concerns."""
@@ -266,7 +271,7 @@ class Question:
         if part.kind == "dwell":
             at = self.model.scope.identity(part.place)
             boxes = [(i, cells.cells[i].stay, {}) for i in cells.by_mode[part.place]]
-            claimed, excuses = conj(at.formula(c) for c in part.conjuncts), []
+            claimed, guard = conj(at.formula(c) for c in part.conjuncts), None
         else:
             edge, at = self.setting.a["edges"][part.place], self.model.landing(part.place)
             for i in cells.by_mode[edge["source"]]:
@@ -274,20 +279,23 @@ class Question:
                 if after is not None and not (cells.jumps is not None and cells.cells[i].jumps == cells.jumps):
                     boxes.append((i, s, {r["var"] + "'": after[r["var"]] for r in edge["resets"] if "to" not in r}))
             claimed = conj(at.formula(c) for c in part.conjuncts if any(n[0] in EVENTS for n in nodes(c)))
-            guard = self.model.guard(part.place, closed=edge["urgent"], outer=True)
-            excuses = [guard, self.model.scope.identity(edge["source"]).outside]
+            guard = edge
         if not isinstance(proof, list) or len(proof) != len(boxes):
             raise Refused(f"the part {part.where} {part.output} concerns {len(boxes)} cells, its proof another number")
-        f = disj([claimed, *excuses, *self._outside(cells, at)])
+        self._timeless(str(at.mode))
         for tree, (i, s, sets) in zip(proof, boxes, strict=True):
-            self._tree(tree, f, cells.place(i, s, sets))
+            try:
+                self._tree(tree, claimed, cells.place(i, s, sets))
+            except Refused:  # the claim alone is often shown; if not, with all that excuses it
+                excuses = [] if guard is None else [
+                    self.model.guard(part.place, closed=guard["urgent"], outer=True),
+                    self.model.scope.identity(guard["source"]).outside]  # fmt: skip
+                self._tree(tree, disj([claimed, *excuses, *self._outside(cells, at)]), cells.place(i, s, sets))
 
-    def _tree(self, tree: Json, f: Formula, placed: tuple[dict[str, Poly], Box, Powers]) -> None:
-        env, box, powers = placed
-        f = replace(f, lambda op, p: literal(op, substitute(p, env, powers)))
-        known = self.model.scope.box
-        narrowed = self._params(box)
-        bernstein.replay(tree, f, {**{v: known[v] for v in variables(f) if v not in box and v in known}, **narrowed})
+    def _tree(self, tree: Json, f: Formula, placed: tuple[dict[str, Poly], Box, Images]) -> None:
+        env, box, images = placed
+        f = replace(f, lambda op, p: literal(op, substitute(p, env, images)))
+        bernstein.replay(tree, f, {**self.model.scope.box, **self._params(box)})
 
     def _params(self, box: Box) -> Box:
         """The params' box, cut to what is assumed of each of them alone."""
@@ -385,7 +393,8 @@ class Question:
         if not all(walk.surely(at.formula(self.goal["condition"], True), upto) for at, upto in missed):
             raise Refused("a run that should miss the goal may meet it")
         ended = self.model.scope.modes[walk.mode]["terminal"] and not any(
-            n[0] == "time" for n in nodes([self.goal["condition"], self.setting.a["lets"], self.setting.a["modes"]]))
+            n[0] == "time" for n in nodes([self.goal["condition"], self.setting.a["lets"], self.setting.a["modes"]])
+        )
         if not ((limit is not None and walk.time > limit) or ended or walk.stuck()):
             raise Refused("a run stops before the goal's time is over")
 

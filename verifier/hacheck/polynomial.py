@@ -1,95 +1,110 @@
-"""Sparse polynomials over the rationals."""
+"""Sparse polynomials with integer coefficients over one positive denominator."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from math import gcd, lcm
+from typing import NamedTuple
 
 from hacheck.rational import MAX_BITS, MAX_DEGREE, Beyond, spend
 
-Mono = tuple[tuple[str, int], ...]  # (variable, exponent) pairs, sorted by variable
-Poly = dict[Mono, Fraction]  # no zero coefficients; {} is 0
+Mono = tuple[str, ...]  # variables in order, each as often as its exponent says
+
+
+class Poly(NamedTuple):
+    """The sum of `c` times the product of `m`, divided by `unit`; no zero, lowest terms: equal ones compare equal."""
+
+    terms: dict[Mono, int]
+    unit: int
+    bits: int  # what the longest coefficient and the unit take together
+
+
+def _made(terms: dict[Mono, int], unit: int) -> Poly:
+    """A polynomial in lowest terms, unless its numbers are too long."""
+    if not all(terms.values()):
+        terms = {m: c for m, c in terms.items() if c}
+    common = gcd(unit, *terms.values()) if unit > 1 else 1
+    if common > 1:
+        terms, unit = {m: c // common for m, c in terms.items()}, unit // common
+    bits = unit.bit_length() + max(map(int.bit_length, terms.values()), default=0)
+    spend(len(terms) + 1 + (len(terms) * bits * bits >> 20))
+    if bits > MAX_BITS:
+        raise Beyond("numbers grow beyond what the checker allows")
+    return tuple.__new__(Poly, (terms, unit, bits))  # as Poly(...), in half the time
 
 
 def const(q: Fraction | int) -> Poly:
     """The constant polynomial."""
-    return {(): q if isinstance(q, Fraction) else Fraction(q)} if q else {}
+    n, d = q.numerator, q.denominator
+    return _made({(): n}, d) if n.bit_length() > 400 else Poly({(): n} if n else {}, d, d.bit_length() + n.bit_length())
 
 
 def var(name: str) -> Poly:
     """The polynomial that is one variable."""
-    return {((name, 1),): Fraction(1)}
+    return Poly({(name,): 1}, 1, 2)
 
 
-ONE = const(1)
+ZERO, ONE = const(0), const(1)
 
 
 def constant(p: Poly) -> Fraction | None:
     """The value of a polynomial without variables."""
-    return Fraction(0) if not p else p.get(()) if len(p) == 1 else None
+    return Fraction(p.terms.get((), 0), p.unit) if not p.terms or list(p.terms) == [()] else None
 
 
 def names(p: Poly) -> set[str]:
     """The variables that occur."""
-    return {v for m in p for v, _ in m}
+    return {v for m in p.terms for v in m}
 
 
-def _bits(p: Poly) -> int:
-    return max([c.numerator.bit_length() + c.denominator.bit_length() for c in p.values()], default=0)
+def total(summands: Iterable[tuple[int, Poly]], divisor: int = 1) -> Poly:
+    """The sum of integer multiples, divided by a positive integer."""
+    found = list(summands)
+    unit = 1
+    for _, p in found:
+        if p.unit != unit:
+            unit = lcm(unit, p.unit)
+            if unit.bit_length() > MAX_BITS:
+                raise Beyond("numbers grow beyond what the checker allows")
+    spend(len(found) * (1 + (unit.bit_length() ** 2 >> 20)))
+    out: dict[Mono, int] = {}
+    for k, (terms, own, _) in found:
+        k *= unit // own
+        for m, c in terms.items():
+            out[m] = out[m] + k * c if m in out else k * c
+    return _made(out, unit * divisor)
 
 
 def add(p: Poly, q: Poly, sign: int = 1) -> Poly:
-    """`p + sign * q` for a sign of 1 or -1."""
-    spend(len(q) + 1)
-    out = dict(p)
-    for m, c in q.items():
-        if m in out:
-            total = out.pop(m) + (c if sign > 0 else -c)
-            bits = total.denominator.bit_length()
-            spend(bits * bits >> 20)
-            if bits > MAX_BITS:
-                raise Beyond("numbers grow beyond what the checker allows")
-            if total:
-                out[m] = total
-        else:
-            out[m] = c if sign > 0 else -c
-    return out
-
-
-def _times(m: Mono, n: Mono) -> Mono:
-    if not m or not n:
-        return m or n
-    out = dict(m)
-    for v, e in n:
-        out[v] = out.get(v, 0) + e
-    if sum(out.values()) > MAX_DEGREE:
-        raise Beyond(f"a polynomial has a degree above {MAX_DEGREE}")
-    return tuple(sorted(out.items()))
+    """`p + sign * q` for an integer sign."""
+    return total(((1, p), (sign, q)))
 
 
 def mul(p: Poly, q: Poly) -> Poly:
     """The product."""
     if p == ONE or q == ONE:
         return q if p == ONE else p
-    bits, steps = _bits(p) + _bits(q), len(p) * len(q) + 1
-    spend(steps + (steps * bits * bits >> 20))
+    bits, steps = p.bits + q.bits, len(p.terms) * len(q.terms)
     if bits > MAX_BITS:
         raise Beyond("numbers grow beyond what the checker allows")
-    out: Poly = {}
-    for m, a in p.items():
-        for n, b in q.items():
-            k = _times(m, n)
+    spend(steps + (steps * bits * bits >> 20))
+    out: dict[Mono, int] = {}
+    for m, a in p.terms.items():
+        for n, b in q.terms.items():
+            k = tuple(sorted(m + n)) if m and n else m or n
             out[k] = out[k] + a * b if k in out else a * b
-    return {m: c for m, c in out.items() if c}
+    if max(map(len, out), default=0) > MAX_DEGREE:
+        raise Beyond(f"a polynomial has a degree above {MAX_DEGREE}")
+    return _made(out, p.unit * q.unit)
 
 
 def power(p: Poly, n: int) -> Poly:
     """`p ** n` for n >= 0, by multiplication from the left."""
-    q = constant(p)
-    if n > MAX_DEGREE and (q is None or n * (_bits(p) + 1) > MAX_BITS):
+    if n > MAX_DEGREE and (names(p) or n * p.bits > MAX_BITS):
         raise Beyond("an exponent is too large")
-    if q is not None:
-        return const(q**n)
+    if not names(p):
+        return const(Fraction(p.terms.get((), 0), p.unit) ** n)
     out = ONE
     for _ in range(n):
         out = mul(out, p)
@@ -98,50 +113,44 @@ def power(p: Poly, n: int) -> Poly:
 
 def scale(p: Poly, q: Fraction | int) -> Poly:
     """`q * p`."""
-    return {m: -c for m, c in p.items()} if q == -1 else mul(p, const(q))
-
-
-def total(terms: Iterable[Poly]) -> Poly:
-    """The sum."""
-    out: Poly = {}
-    for p in terms:
-        out = add(out, p)
-    return out
+    return Poly({m: -c for m, c in p.terms.items()}, p.unit, p.bits) if q == -1 else mul(p, const(q))
 
 
 def by_power(p: Poly, v: str) -> dict[int, Poly]:
     """Coefficients with respect to one variable: `p = sum(c[k] * v**k)`."""
-    out: dict[int, Poly] = {}
-    for m, c in p.items():
-        k = dict(m).get(v, 0)
-        out.setdefault(k, {})[tuple(x for x in m if x[0] != v)] = c
-    return out
+    out: dict[int, dict[Mono, int]] = {}
+    for m, c in p.terms.items():
+        k = m.count(v)
+        out.setdefault(k, {})[tuple([w for w in m if w != v]) if k else m] = c
+    return {k: _made(terms, p.unit) for k, terms in out.items()}
 
 
 def derivative(p: Poly, v: str) -> Poly:
     """The partial derivative."""
-    parts = by_power(p, v).items()
-    return total(mul(scale(c, k), power(var(v), k - 1)) for k, c in parts if k)
+    out = {}
+    for m, c in p.terms.items():
+        if v in m:
+            i = m.index(v)
+            out[m[:i] + m[i + 1 :]] = c * m.count(v)
+    return _made(out, p.unit)
 
 
-def along(p: Poly, rates: dict[str, Poly]) -> Poly:
+def along(p: Poly, rates: Mapping[str, Poly]) -> Poly:
     """The derivative along a flow."""
-    return total(mul(derivative(p, v), r) for v, r in rates.items())
+    return total((1, mul(derivative(p, v), r)) for v, r in rates.items())
 
 
-Powers = dict[tuple[str, int], Poly]
+Images = dict[Mono, Poly]
 
 
-def substitute(p: Poly, env: dict[str, Poly], powers: Powers) -> Poly:
-    """`p` with variables replaced at once; `powers` remembers the powers of this `env`."""
-    out: Poly = {}
-    for m, c in p.items():
-        rest = tuple([x for x in m if x[0] not in env])
-        term: Poly = {rest: c}
-        for v, k in m if len(rest) < len(m) else ():
-            if v in env:
-                if (v, k) not in powers:
-                    powers[v, k] = power(env[v], k)
-                term = mul(powers[v, k], term)
-        out = add(out, term) if out else term
-    return out
+def substitute(p: Poly, env: Mapping[str, Poly], images: Images) -> Poly:
+    """`p` with variables replaced at once; `images` remembers what monomials become in this `env`."""
+
+    def image(m: Mono) -> Poly:
+        if m not in images:
+            last = env[m[-1]] if m[-1] in env else var(m[-1])
+            images[m] = mul(image(m[:-1]), last) if len(m) > 1 else last
+        return images[m]
+
+    images.setdefault((), ONE)
+    return total([(c, image(m)) for m, c in p.terms.items()], p.unit)

@@ -51,8 +51,10 @@ class Walk:
 
     def surely(self, f: Formula, upto: Fraction = ZERO, half_open: bool = False) -> bool:
         """Does f hold for all dwells in [0, upto], and all pi and rounded constants in their enclosures?"""
+        if isinstance(f, bool):
+            return f
         if variables(f) <= {"s"}:
-            return sturm.always(f, "s", ZERO, upto, half_open)
+            return bernstein.holds(f, {"s": (ZERO, upto)}) or sturm.always(f, "s", ZERO, upto, half_open)
         box = {**self.model.scope.box, "s": (ZERO, upto)}
         for v in variables(f) - {"s", "pi"}:
             f = bernstein.eliminate(f, v, box)
@@ -73,7 +75,7 @@ class Walk:
 
     def instant(self, values: dict[str, Poly], clock: Poly | None = None) -> Instant:
         """Dwelling in the current mode."""
-        time = add(const(self.time), clock or {})
+        time = add(const(self.time), clock or const(0))
         return Instant(self.model.scope, self.mode, {**self.params, **values}, time=time)
 
     def start(self, mode: str, values: Json) -> dict[str, Poly]:
@@ -83,7 +85,7 @@ class Walk:
             raise Refused("a start does not give a mode of the automaton and every variable a value")
         state = {v: const(number(q)) for v, q in values.items()}
         self._typed(state)
-        at = Instant(scope, mode, {**self.params, **state}, time={})
+        at = Instant(scope, mode, {**self.params, **state}, time=const(0))
         self.need(at.domain, "the start is outside the domain")
         self.need(self._declared(at), "the start is outside a declared range")
         if not any(self._allows(line, mode, at, state) for line in scope.automaton["init"]):

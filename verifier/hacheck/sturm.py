@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
-from math import gcd, lcm
+from math import gcd
 
 from hacheck.formula import Formula, literals, sign_fits, true
 from hacheck.polynomial import Poly
@@ -20,10 +21,9 @@ Root = tuple[Fraction, Fraction]  # equal ends: the root itself; else the one ro
 
 def dense(p: Poly) -> Dense:
     """A positive multiple of a polynomial in at most one variable."""
-    unit = lcm(*(c.denominator for c in p.values()))
-    out = [0] * (1 + max((m[0][1] if m else 0 for m in p), default=0))
-    for m, c in p.items():
-        out[m[0][1] if m else 0] = c.numerator * (unit // c.denominator)
+    out = [0] * (1 + max(map(len, p.terms), default=0))
+    for m, c in p.terms.items():
+        out[len(m)] = c
     return _primitive(out)
 
 
@@ -64,7 +64,7 @@ def _slope(p: Dense) -> Dense:
 
 def square_free(p: Dense) -> Dense:
     """A polynomial with the same roots, all simple."""
-    return _divide(p, _gcd(p, _slope(p)))[0] if len(p) > 1 else p
+    return _divide(p, _gcd(p, _slope(p)))[0] if len(p) > 2 else p
 
 
 def sign(p: Dense, x: Fraction) -> int:
@@ -104,6 +104,9 @@ def roots(p: Dense, low: Fraction, high: Fraction) -> list[Root]:
 
     Sturm: a square-free p has V(a) - V(b) roots in (a, b], V counting sign changes of its chain.
     """
+    if len(p) == 2:
+        x = Fraction(-p[0], p[1])
+        return [(x, x)] if low < x <= high else []
     chain = _chain(p)
     out: list[Root] = []
     stack = [(low, high, _variations(chain, low), _variations(chain, high))]
@@ -144,7 +147,7 @@ def always(f: Formula, v: str, low: Fraction | None, high: Fraction | None, half
     product: Dense = [1]
     for p in polys.values():
         spend(len(product) * len(p))
-        share = _divide(p, _gcd(p, product))[0]
+        share = _divide(p, _gcd(p, product))[0] if len(product) > 1 else p
         product = [sum(share[i] * product[k - i] for i in range(len(share)) if 0 <= k - i < len(product))
                    for k in range(len(share) + len(product) - 1)]  # fmt: skip
     product = square_free(_primitive(product))
@@ -159,9 +162,7 @@ def always(f: Formula, v: str, low: Fraction | None, high: Fraction | None, half
     ends = [lo, *(x for r in inner for x in r), hi]
     samples = [(a + b) / 2 for a, b in zip(ends[::2], ends[1::2], strict=True)]
     samples += [lo] if half_open else [lo, hi]
-    return all(fits(lambda p, x=x: sign(p, x)) for x in samples) and all(  # type: ignore[misc]
-        fits(lambda p, r=r: _at_root(p, r)) for r in inner  # type: ignore[misc]
-    )
+    return all(fits(partial(sign, x=x)) for x in samples) and all(fits(partial(_at_root, root=r)) for r in inner)
 
 
 def soon(f: Formula, x: Fraction) -> bool:
