@@ -148,3 +148,26 @@ def test_post_init_and_repr() -> None:
     with pytest.raises(ValueError):
         Positive(0)
     assert repr(Point(1, remark="hidden")) == "Point(x=1, y=0, tags=[])"
+
+
+@record
+class Backwards:
+    first: int = 0
+    second: int  # type: ignore[misc]
+
+
+def test_a_field_without_default_after_one_with_a_default_is_refused() -> None:
+    with pytest.raises(TypeError, match="first, second"):
+        Backwards(1, 2)
+
+
+@record
+class Twin:
+    left: int
+    right: int
+
+
+def test_classes_of_one_shape_keep_their_own_names() -> None:
+    assert Twin(right=1, left=2) == Twin(2, 1)
+    with pytest.raises(TypeError, match="'right'"):
+        Twin(left=1)  # type: ignore[call-arg]

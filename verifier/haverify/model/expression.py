@@ -35,7 +35,7 @@ class Expr:
     @property
     def children(self) -> tuple[Expr, ...]:
         """The arguments that are expressions."""
-        return tuple(a for a in self.args if isinstance(a, Expr))
+        return tuple([a for a in self.args if a.__class__ is Expr])
 
 
 Arg = Expr | str | Fraction | tuple[tuple[str, Expr], ...]
@@ -55,7 +55,11 @@ def nodes(e: Expr) -> Iterator[Expr]:
     while stack:
         node = stack.pop()
         yield node
-        stack.extend(reversed(operands(node)))
+        for a in reversed(node.args):
+            if a.__class__ is Expr:
+                stack.append(a)
+            elif a.__class__ is tuple:
+                stack.extend([v for _, v in reversed(a)])
 
 
 def operands(e: Expr) -> tuple[Expr, ...]:

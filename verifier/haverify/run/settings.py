@@ -28,6 +28,11 @@ class Settings:
     grade: str | None = None
 
 
+# without one of these a `pyproject.toml` has no table `tool.haverify`, and is not worth reading as TOML
+_MAY_SET = re.compile(
+    r"""tool["'\s]*\.\s*["']?haverify|^\s*\[\s*["']?tool["']?\s*\]|^\s*["']?tool["']?\s*=""", re.MULTILINE
+)
+
 _TYPES = {"jobs": int, "cache": bool}
 _CHOICES = {"format": FORMATS, "grade": GRADES}
 
@@ -57,7 +62,7 @@ def _table(path: Path) -> Any:
         return None
     except (OSError, UnicodeDecodeError) as e:
         raise UsageError(f"{os.path.relpath(path)}: {e}") from e
-    if path.name == "pyproject.toml" and not re.search(r"haverify", text):
+    if path.name == "pyproject.toml" and not _MAY_SET.search(text):
         return None
     import tomllib
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import reduce
 from itertools import product
-from operator import add, mul, sub
+from math import prod
+from operator import mul
 
-from haverify.maths.polynomial import NOUGHT, Polynomial, constant, variable
+from haverify.maths.polynomial import NOUGHT, Polynomial, constant, total, variable
 from haverify.model.expression import Expr, operands
 from haverify.model.hybrid import Range
 from haverify.solvers.frame import Frame
@@ -243,24 +245,29 @@ def _term_scale(e: Expr, frame: Frame) -> list[Term]:
     return [(case, by * p) for case, p in terms(inner, frame)]
 
 
-def _operate(e: Expr, frame: Frame, operation: Callable[[Polynomial, Polynomial], Polynomial]) -> list[Term]:
-    first, *rest = e.children
-    result = terms(first, frame)
-    for child in rest:
-        result = [((*a, *b), operation(p, q)) for (a, p), (b, q) in product(result, terms(child, frame))]
-    return result
+def _each(e: Expr, frame: Frame) -> Iterable[tuple[Term, ...]]:
+    """Every choice of one term for each argument; each of them makes a case of the whole."""
+    parts = [terms(c, frame) for c in e.children]
+    if prod(map(len, parts)) > MAX_CASES:
+        raise TooManyCasesError
+    return product(*parts)
 
 
 def _sum(e: Expr, frame: Frame) -> list[Term]:
-    return _operate(e, frame, add)
+    return [
+        (tuple([x for case, _ in chosen for x in case]), total([p for _, p in chosen])) for chosen in _each(e, frame)
+    ]
 
 
 def _difference(e: Expr, frame: Frame) -> list[Term]:
-    return _operate(e, frame, sub)
+    return [((*a, *b), p - q) for (a, p), (b, q) in _each(e, frame)]
 
 
 def _product(e: Expr, frame: Frame) -> list[Term]:
-    return _operate(e, frame, mul)
+    return [
+        (tuple([x for case, _ in chosen for x in case]), reduce(mul, [p for _, p in chosen]))
+        for chosen in _each(e, frame)
+    ]
 
 
 def _negative(e: Expr, frame: Frame) -> list[Term]:
@@ -268,8 +275,7 @@ def _negative(e: Expr, frame: Frame) -> list[Term]:
 
 
 def _quotient(e: Expr, frame: Frame) -> list[Term]:
-    pairs = product(terms(e.children[0], frame), terms(e.children[1], frame))
-    return [_divided((*a, *b), p, q) for (a, p), (b, q) in pairs]
+    return [_divided((*a, *b), p, q) for (a, p), (b, q) in _each(e, frame)]
 
 
 def _divided(case: Case, p: Polynomial, q: Polynomial) -> Term:
@@ -299,7 +305,7 @@ def _abs(e: Expr, frame: Frame) -> list[Term]:
 def _extreme(e: Expr, frame: Frame) -> list[Term]:
     sign = 1 if e.op == "max" else -1
     result: list[Term] = []
-    for chosen in product(*(terms(c, frame) for c in e.children)):
+    for chosen in _each(e, frame):
         condition = tuple(literal for case, _ in chosen for literal in case)
         for k, (_, p) in enumerate(chosen):
             worse = (Literal((q - p).scaled(Fraction(sign)), "<=") for j, (_, q) in enumerate(chosen) if j != k)

@@ -12,6 +12,7 @@ from haverify.solvers.linear import Infeasible, Row
 
 MAX_DEGREE = 60
 MAX_CORE = 12
+MOST_HALVINGS = 32
 
 
 def solve(rows: list[Row], name: str) -> dict[str, Fraction] | Infeasible | Undecided:
@@ -45,8 +46,10 @@ def _search(rows: list[Row]) -> Fraction | Undecided | None:
     for x in (low, (low + high) / 2, high):
         if all(_is_met(sign_at(p, x), r) for p, r in zip(polynomials, relations, strict=True)):
             return x
-    if low < high and any(_fails(p, r, low, high) for p, r in zip(polynomials, relations, strict=True)):
-        return None
+    if low < high:
+        is_settled, point = _bisected(polynomials, relations, low, high)
+        if is_settled:
+            return point
     is_irrational = False
     for piece in sign_vectors(polynomials, low, high):
         if all(_is_met(s, r) for s, r in zip(piece.signs, relations, strict=True)):
@@ -70,13 +73,35 @@ def _window(rows: list[Row], polynomials: list[Integers]) -> tuple[Fraction, Fra
     return low, high
 
 
-def _fails(p: Integers, relation: str, low: Fraction, high: Fraction) -> bool:
-    """Whether a row certainly fails on the whole interval, seen at a glance."""
-    if len(p) <= 2:  # the window has settled these
-        return False
-    found, _ = bernstein.coefficients(p, low, high)
-    least = min(found)
-    return least > 0 or (relation == "<" and least == 0) or (relation == "==" and max(found) < 0)
+def _bisected(
+    polynomials: list[Integers], relations: list[str], low: Fraction, high: Fraction
+) -> tuple[bool, Fraction | None]:
+    """Whether a few halvings of the interval settle the question, and then a point where all rows hold, if any.
+
+    A part is given up where the Bernstein coefficients of a row show that it fails throughout.
+    """
+    whole = [bernstein.coefficients(p or (0,), low, high)[0] for p in polynomials]
+    pending = [(low, high, whole)] if not _fail(whole, relations) else []
+    for _ in range(MOST_HALVINGS):
+        if not pending:
+            return True, None
+        a, b, forms = pending.pop(0)
+        left, right = zip(*map(bernstein.halves, forms), strict=True)
+        middle = (a + b) / 2
+        if all(_is_met((v > 0) - (v < 0), r) for (*_, v), r in zip(left, relations, strict=True)):
+            return True, middle
+        parts = ((a, middle, list(left)), (middle, b, list(right)))
+        pending += [part for part in parts if not _fail(part[2], relations)]
+    return False, None
+
+
+def _fail(forms: list[list[int]], relations: list[str]) -> bool:
+    """Whether a row fails on the whole interval on which it has these Bernstein coefficients."""
+    return any(_fails(min(form), max(form), r) for form, r in zip(forms, relations, strict=True))
+
+
+def _fails(least: int, greatest: int, relation: str) -> bool:
+    return least > 0 or (relation == "<" and least == 0) or (relation == "==" and greatest < 0)
 
 
 def _is_met(sign: int, relation: str) -> bool:

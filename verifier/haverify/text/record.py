@@ -2,15 +2,17 @@
 
 The standard decorator compiles up to six functions for each class, about a millisecond, and its module imports another
 ten; `haverify lint` is to start, read a spec with some two hundred classes and answer in less than that adds up to.
-Here one function is compiled for a class (`__init__`, so that calls stay fast), when its first object is made, and the
-others are shared. `dataclasses.fields`, `replace`, `asdict`, matching by position, copying and pickling work as usual.
+Here one function is compiled (`__init__`, so that calls stay fast) for all classes of one shape, when the first object
+is made, and the others are shared. `dataclasses.fields`, `replace`, `asdict`, matching by position, copying and
+pickling work as usual.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from operator import attrgetter
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple, NoReturn, TypeVar, dataclass_transform, overload
 
 T = TypeVar("T")
@@ -130,24 +132,36 @@ def _first_init(self: Any, *values: Any, **named: Any) -> None:
 
 def _init(fields: dict[str, _Field], setters: dict[str, Any], has_post_init: bool) -> Any:
     """`__init__` with the fields as parameters, in order; what has no setter is assigned."""
-    scope: dict[str, Any] = {"_NONE": _NONE} | {f"_s_{name}": setter for name, setter in setters.items()}
-    parameters, lines = [], []
-    for name, f in fields.items():
-        value = name
-        if f.default is not _NONE:
-            scope[f"_d_{name}"] = f.default
-            parameters.append(f"{name}=_d_{name}")
-        elif f.factory is not _NONE:
-            scope[f"_f_{name}"] = f.factory
-            parameters.append(f"{name}=_NONE")
-            value = f"_f_{name}() if {name} is _NONE else {name}"
-        else:
-            parameters.append(name)
-        lines.append(f" _s_{name}(self, {value})" if name in setters else f" self.{name} = {value}")
+    optional = [f.default is not _NONE or f.factory is not _NONE for f in fields.values()]
+    if optional != sorted(optional):
+        raise TypeError(f"a field without default follows one that has a default: {', '.join(fields)}")
+    made = tuple(f.factory is not _NONE for f in fields.values())
+    template = _template(made, bool(setters), has_post_init)
+    scope: dict[str, Any] = {"_NONE": _NONE} | {f"_s{k}": setter for k, setter in enumerate(setters.values())}
+    scope |= {f"_f{k}": f.factory for k, f in enumerate(fields.values())}
+    attributes = {f"_{k}": name for k, name in enumerate(fields)}
+    code = template.replace(
+        co_varnames=("self", *fields), co_names=tuple(attributes.get(n, n) for n in template.co_names)
+    )
+    return FunctionType(
+        code, scope, "__init__", tuple(f.default for f in list(fields.values())[optional.count(False) :])
+    )
+
+
+@cache
+def _template(made: tuple[bool, ...], has_setters: bool, has_post_init: bool) -> CodeType:
+    """The code of `__init__` for fields named `_0`, `_1`, ...: compiled once for all classes of one shape.
+
+    A field that is `made` and not given gets what `_f0`, `_f1`, ... returns.
+    """
+    values = [f"_f{k}() if _{k} is _NONE else _{k}" if m else f"_{k}" for k, m in enumerate(made)]
+    lines = [f" _s{k}(self, {v})" if has_setters else f" self._{k} = {v}" for k, v in enumerate(values)]
     lines += [" self.__post_init__()"] if has_post_init else []
-    text = f"def __init__(self, {', '.join(parameters)}):\n" + "\n".join(lines or [" pass"])
-    exec(text, scope)
-    return scope["__init__"]
+    scope: dict[str, Any] = {}
+    parameters = "".join(f", _{k}" for k in range(len(made)))
+    exec(f"def __init__(self{parameters}):\n" + "\n".join(lines or [" pass"]), scope)
+    code: CodeType = scope["__init__"].__code__
+    return code
 
 
 def _key(names: tuple[str, ...]) -> Callable[[Any], Any]:
