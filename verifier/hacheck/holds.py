@@ -7,9 +7,11 @@ import json
 from typing import Any
 
 from hacheck.core import Core
+from hacheck.expressions import nodes
 from hacheck.rational import Beyond, Refused
 
 Json = Any
+FUZZY = {"covered", "max_firing", "strength", "fuzzy", "is", "fuzzyinput"}
 MODEL = ("constants", "params", "enums", "assumptions", "cellular", "relations", "fuzzy", "tables")
 
 
@@ -38,4 +40,8 @@ def _goal(core: Core, claim: Json, goal: Json, entry: Json) -> str:
         return "unknown"
     if entry.get("hash") != obligation(core, claim, goal):
         raise Refused("a goal has another hash than the obligation derived from the core")
-    raise Beyond(f"a goal `{goal['kind']}` shown in this way")
+    if any(n[0] in FUZZY for n in nodes(goal["condition"])):
+        raise Beyond(f"a goal `{goal['kind']}` shown in this way")
+    from hacheck.finite_goals import shown
+
+    return shown(core, claim, goal, entry)
