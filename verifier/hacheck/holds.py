@@ -8,7 +8,7 @@ from typing import Any
 
 from hacheck.core import Core
 from hacheck.expressions import nodes
-from hacheck.rational import Beyond, Refused
+from hacheck.rational import Refused
 
 Json = Any
 FUZZY = {"covered", "max_firing", "strength", "fuzzy", "is", "fuzzyinput"}
@@ -41,7 +41,9 @@ def _goal(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     if entry.get("hash") != obligation(core, claim, goal):
         raise Refused("a goal has another hash than the obligation derived from the core")
     if any(n[0] in FUZZY for n in nodes(goal["condition"])):
-        raise Beyond(f"a goal `{goal['kind']}` shown in this way")
+        from hacheck.fuzzy import fuzzy_goal
+
+        return fuzzy_goal(core, claim, goal, entry)
     from hacheck.finite_goals import shown
 
     return shown(core, claim, goal, entry)

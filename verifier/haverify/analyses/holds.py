@@ -45,8 +45,16 @@ def decide_holds(spec: Spec, claim: Claim, core: Mapping[str, Json], units: int)
 
 
 def _goal(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json], units: int) -> Held:
-    about = "fuzzy systems" if any(n.op in FUZZY for n in nodes(goal.condition)) else "rules"
-    return Held(Unknown("fragment", f"`holds` about {about} is not decided in this version"))
+    if is_fuzzy(goal):
+        from haverify.analyses.fuzzy import decide_fuzzy
+
+        return decide_fuzzy(spec, claim, goal, core, units)
+    return Held(Unknown("fragment", "`holds` about rules is not decided in this version"))
+
+
+def is_fuzzy(goal: Goal) -> bool:
+    """Does a goal speak of fuzzy systems?"""
+    return any(n.op in FUZZY for n in nodes(goal.condition))
 
 
 def _combined(found: list[Held]) -> Verdict:

@@ -1,0 +1,115 @@
+"""`holds` goals about fuzzy systems: proved by a tree of regions, refuted by a point (docs/core.md section 6)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from haverify.analyses.fuzzy_meaning import Meaning, one_sided
+from haverify.analyses.fuzzy_telling import told
+from haverify.analyses.holds import Held
+from haverify.analyses.regions import Region, Truth, both, box, denied, either, holds_at
+from haverify.analyses.regions_round import Point, rounded
+from haverify.analyses.regions_search import Search, SpentError, point_of
+from haverify.evidence.verdict import Proved, Refuted, Unknown
+from haverify.maths.digits import rational_text
+from haverify.model.claim import Claim, Goal
+from haverify.model.core import goal_to_json
+from haverify.model.spec import Spec
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import record
+
+Json = Any
+MODEL = ("constants", "params", "enums", "assumptions", "cellular", "relations", "fuzzy", "tables")
+REGIONS = 20  # regions that one unit of work pays for
+
+
+def obligation(core: Mapping[str, Json], claim: Claim, goal: Goal) -> str:
+    """The hash of a goal's obligation (docs/core.md section 6)."""
+    listed = next(c for c in core["claims"] if c["name"] == claim.name)
+    value = ["haverify.obligation/1", {k: core[k] for k in MODEL}, goal_to_json(goal), listed["assume"], claim.on]
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@record
+class Question:
+    """A goal over real inputs: what is assumed, where it is certainly true and certainly false, on which box."""
+
+    meaning: Meaning
+    assumed: Truth
+    wanted: Truth
+    missed: Truth
+    ranges: Mapping[str, tuple[Fraction, Fraction]]
+
+    @property
+    def region(self) -> Region:
+        """The box of all inputs."""
+        return box(self.ranges)
+
+
+def question(spec: Spec, claim: Claim, goal: Goal) -> Question:
+    """The goal of a claim; assumptions that bound a side of a fuzzy input's range stand for that side."""
+    meaning = Meaning(spec, claim.on)
+    assumed = [meaning.truth(a) for a in (*spec.assumptions, *claim.assume)]
+    wanted, missed = meaning.truth(goal.condition), meaning.denial(goal.condition)
+    sides = {k: q for k, q in one_sided(assumed).items() if meaning.kinds[k[0]] == "fuzzyinput"}
+    ranges = {v: (sides.get((v, False), low), sides.get((v, True), high)) for v, (low, high) in meaning.ranges.items()}
+    return Question(meaning, both(assumed), wanted, missed, ranges)
+
+
+def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json], units: int) -> Held:
+    """The verdict on one goal with its certificate's entry, or why it is not known."""
+    try:
+        asked = question(spec, claim, goal)
+        return _decided(asked, obligation(core, claim, goal), Search(max(1, units * REGIONS)))
+    except OutsideFragmentError as e:
+        return Held(Unknown("fragment", str(e)))
+    except SpentError:
+        reason = f"stopped after {units * REGIONS} regions of the inputs"
+        return Held(Unknown("budget", reason, next_step="a larger --budget, or assumptions that narrow the inputs"))
+
+
+def _decided(asked: Question, digest: str, search: Search) -> Held:
+    start = admissible(asked, search)
+    if start is None:
+        return Held(Unknown("vacuous", "no input keeps what is assumed", next_step="weaken the assumptions"))
+    tree = search.tree(either([denied(asked.assumed), asked.wanted]), asked.region)
+    if search.false_on is None:
+        entry = {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": tree}
+        return Held(Proved(), entry)
+    found = point_of(search.false_on)
+    if not holds_at(asked.missed, found):
+        return Held(_undefined(asked, search, found))
+    violates = both([asked.assumed, asked.missed])
+    point = rounded(found, asked.ranges, lambda p: holds_at(violates, p))
+    entry = {"kind": "point", "hash": digest, "point": _numbers(point)}
+    witness, facts = told(asked.meaning, point)
+    return Held(Refuted(), entry, witness=witness, facts=facts)
+
+
+def admissible(asked: Question, search: Search) -> Point | None:
+    """A point of the box that keeps what is assumed, the middle where that does; None where there is none."""
+    if any(low > high for low, high in asked.ranges.values()):
+        return None
+    middle = {v: (low + high) / 2 for v, (low, high) in asked.ranges.items()}
+    if holds_at(asked.assumed, middle):
+        return middle
+    looked = Search(search.left)
+    looked.tree(denied(asked.assumed), asked.region)
+    return None if looked.false_on is None else dict(point_of(looked.false_on))
+
+
+def _undefined(asked: Question, search: Search, found: Mapping[str, Fraction]) -> Unknown:
+    """The claim is not true there, nor false: look for a point where it is false; else say where it means nothing."""
+    witness, _ = told(asked.meaning, dict(found))
+    where = ", ".join(f"{n} = {v}" for n, v in witness)
+    reason = f"something in the claim is not defined at {where}: no rule fires, or a table is read outside its axis"
+    return Unknown("fragment", reason, next_step="assume max_firing(...) > 0, or use it as the premise of an `implies`")
+
+
+def _numbers(point: Mapping[str, Fraction]) -> dict[str, str]:
+    return {v: rational_text(q) for v, q in sorted(point.items())}

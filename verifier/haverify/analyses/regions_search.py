@@ -1,0 +1,185 @@
+"""Search for a region tree: regions are split until the truth holds on each, or fails at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, minus
+from haverify.analyses.regions_simplex import solve
+from haverify.maths.digits import rational_text
+from haverify.text.record import holder
+
+Json = Any
+Cut = tuple[Terms, Fraction]
+ENOUGH = 300  # places that are looked at for a cut
+
+
+class SpentError(Exception):
+    """The search looked at as many regions as it may."""
+
+
+@holder
+class Search:
+    """At most `left` regions are looked at; `false_on` is the region in which the truth fails, once found."""
+
+    left: int
+    false_on: Region | None = None
+
+    def tree(self, truth: Truth, region: Region, changed: frozenset[str] | None = None) -> Json:
+        """A tree as docs/core.md section 6 has it; None where the truth fails on a part, which is kept."""
+        self.left -= 1
+        if self.left < 0:
+            raise SpentError
+        truth = Narrowing(region, changed).of(truth)
+        if truth is True:
+            return "t"
+        if truth is False:
+            return self._empty(region)
+        terms, at = cut(truth, region)
+        names = frozenset(v for v, _ in terms)
+        branches = []
+        for part in region.split(terms, at):
+            branches.append(self.tree(truth, part, names))
+            if self.false_on is not None:
+                return None
+        return ["s", [[v, rational_text(q)] for v, q in terms], rational_text(at), *branches]
+
+    def _empty(self, region: Region) -> Json:
+        found = solve(region)
+        if isinstance(found, list):
+            return ["f", [[k, rational_text(q)] for k, q in found]]
+        self.false_on = region
+        return None
+
+
+# ---- where to cut ---------------------------------------------------------------
+
+
+def cut(truth: Node, region: Region) -> Cut:
+    """A direction and a number where an open comparison changes; along an axis, where many do, if possible."""
+    counts: dict[Cut, int] = {}
+    for k, found in enumerate(_cuts(truth)):
+        counts[found] = counts.get(found, 0) + 1
+        if k > ENOUGH:
+            break
+    useful = {c: n for c, n in counts.items() if _is_inside(c, region)}
+    straight = {c: n for c, n in useful.items() if len(c[0]) == 1}
+    if straight:
+        return max(straight, key=lambda c: (straight[c], -_off_middle(c, region)))
+    if useful:
+        return max(useful, key=lambda c: useful[c])
+    return _halved(truth, region)
+
+
+def _is_inside(c: Cut, region: Region) -> bool:
+    low, high = region.enclose(Fraction(0), c[0])
+    return low <= (c[1], 0) and high > (c[1], 0)
+
+
+def _off_middle(c: Cut, region: Region) -> Fraction:
+    (low, _), (high, _) = region.enclose(Fraction(0), c[0])
+    return abs(2 * c[1] - low - high) / (high - low) if high > low else Fraction(1)
+
+
+def _halved(truth: Node, region: Region) -> Cut:
+    """The middle of the widest axis that the truth reads."""
+    name = max(sorted(truth.names), key=lambda v: _width(region.ends[axis(v)]))
+    (low, _), (high, _) = region.ends[axis(name)]
+    return axis(name), (low + high) / 2
+
+
+def _width(ends: Ends) -> Fraction:
+    return ends[1][0] - ends[0][0]
+
+
+def _cuts(t: Node) -> Iterator[Cut]:
+    if t.op in ("and", "or"):
+        for part in t.parts:
+            yield from _cuts(part)
+    else:
+        yield from _between(t.parts[0], t.parts[1])
+
+
+def _between(a: Node, b: Node) -> Iterator[Cut]:
+    """Where the order of two numbers may change."""
+    if not a.names or not b.names:
+        yield from _crossings(a, b)
+        return
+    inner = [*_inside(a), *_inside(b)]
+    yield from inner
+    if not any(len(terms) == 1 for terms, _ in inner):
+        yield from _crossings(a, b)
+
+
+def _crossings(a: Node, b: Node) -> Iterator[Cut]:
+    """Where a piece of one number meets a piece of the other."""
+    for m in _pieces(a):
+        for n in _pieces(b):
+            if m.low <= n.high and n.low <= m.high:
+                yield from _zero(minus(m, n))
+    yield from _conditions(a)
+    yield from _conditions(b)
+
+
+def _pieces(n: Node) -> Iterator[Node]:
+    if n.op in ("min", "max"):
+        for m in n.parts:
+            yield from _pieces(m)
+    elif n.op == "if":
+        for m in n.parts[1:]:
+            yield from _pieces(m)
+    else:
+        yield n
+
+
+def _conditions(n: Node) -> Iterator[Cut]:
+    if n.op == "if" and not isinstance(n.parts[0], bool):
+        yield from _cuts(n.parts[0])
+    if n.op in ("min", "max", "if"):
+        for m in n.parts[1:] if n.op == "if" else n.parts:
+            yield from _conditions(m)
+
+
+def _zero(n: Node) -> Iterator[Cut]:
+    if n.op == "sum":
+        yield from _inside(n)
+    elif n.names:
+        constant, terms = n.parts
+        first = terms[0][1]
+        yield tuple((v, q / first) for v, q in terms), -constant / first
+
+
+def _inside(n: Node) -> Iterator[Cut]:
+    """Where the members of minima and maxima inside a number change their order, where its choices change."""
+    if n.op == "sum":
+        for _, m in n.parts[1]:
+            yield from _inside(m)
+    elif n.op == "if":
+        yield from _conditions(n)
+        for m in n.parts[1:]:
+            yield from _inside(m)
+    elif n.op in ("min", "max"):
+        for k, m in enumerate(n.parts):
+            yield from _inside(m)
+            for other in n.parts[:k]:
+                if m.op == other.op == "lin" and (not m.names or not other.names or m.names == other.names):
+                    yield from _zero(minus(m, other))
+        yield from _orders(n)
+
+
+def _orders(n: Node) -> Iterator[Cut]:
+    """The order of members that read different names."""
+    lines = [m for m in n.parts if m.op == "lin" and m.names]
+    for k, m in enumerate(lines):
+        for other in lines[:k]:
+            if m.names != other.names:
+                yield from _zero(minus(m, other))
+
+
+def point_of(region: Region) -> Mapping[str, Fraction]:
+    """A point of a region that is not empty."""
+    found = solve(region)
+    assert isinstance(found, dict), "the region is not empty"
+    return found
