@@ -144,7 +144,9 @@ def _plain(value: Any) -> Any:
 
 
 def _fraction(value: Any) -> Fraction:
-    return Fraction(_text(value))
+    """A rational as `rational_text` writes it; `Fraction` alone reads more, at thrice the time."""
+    above, _, below = _text(value).partition("/")
+    return Fraction(int(above), int(below)) if below else Fraction(int(above))
 
 
 def _maybe(value: Any) -> Fraction | None:

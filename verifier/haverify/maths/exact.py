@@ -80,15 +80,25 @@ def _rounded(q: Fraction, digits: int) -> str:
     if q == 0:
         return "0"
     e = leading_exponent(q)
-    scaled = abs(q) * Fraction(10) ** (digits - 1 - e)
-    mantissa = str(round(scaled))
+    mantissa = str(_nearest(abs(q.numerator), q.denominator, digits - 1 - e))
     if len(mantissa) > digits:
         mantissa, e = mantissa[:-1], e + 1
     sign = "-" if q < 0 else ""
     if -5 <= e < digits:
-        text = decimal_text(Fraction(int(mantissa)) * Fraction(10) ** (e - digits + 1))
-        return sign + (text or "")
+        whole, part = (mantissa[: e + 1], mantissa[e + 1 :]) if e >= 0 else ("0", "0" * (-e - 1) + mantissa)
+        part = part.rstrip("0")
+        return f"{sign}{whole}.{part}" if part else sign + whole
     return f"{sign}{mantissa[0]}.{mantissa[1:].rstrip('0') or '0'}e{e}"
+
+
+def _nearest(n: int, d: int, k: int) -> int:
+    """The integer nearest to `n / d * 10^k`, the even one of two."""
+    if k >= 0:
+        n *= _power_of_ten(k)
+    else:
+        d *= _power_of_ten(-k)
+    below, rest = divmod(n, d)
+    return below + (2 * rest > d or (2 * rest == d and below & 1))
 
 
 def significant(q: Fraction) -> str:

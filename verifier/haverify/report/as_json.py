@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from functools import cache
 from json.encoder import encode_basestring
 from typing import Any
 
@@ -12,7 +13,7 @@ from haverify.report.report import Finding, Report
 
 def as_json(report: Report) -> str:
     """The text of `report.json`."""
-    return _laid_out(_plain(report), "\n") + "\n"
+    return _laid_out(report, "\n") + "\n"
 
 
 def as_line(report: Report) -> str:
@@ -22,7 +23,7 @@ def as_line(report: Report) -> str:
 
 def findings_as_json(findings: Iterable[Finding]) -> str:
     """Findings alone, for `lint --format json`."""
-    return _laid_out([_plain(f) for f in findings], "\n") + "\n"
+    return _laid_out(list(findings), "\n") + "\n"
 
 
 def _plain(value: Any) -> Any:
@@ -36,13 +37,27 @@ def _plain(value: Any) -> Any:
 
 
 def _laid_out(value: Any, margin: str) -> str:
-    """`json.dumps` with an indent of 1 and sorted keys, which is slow in Python; `margin` begins a line."""
-    inner = margin + " "
+    """`json.dumps` of the plain value with an indent of 1 and sorted keys, which is slow in Python.
+
+    `margin` begins a line.
+    """
     if isinstance(value, str):
         return encode_basestring(value)
-    if isinstance(value, dict) and value:
-        rows = (f"{encode_basestring(k)}: {_laid_out(v, inner)}" for k, v in sorted(value.items()))
-        return f"{{{inner}{f',{inner}'.join(rows)}{margin}}}"
-    if isinstance(value, list) and value:
-        return f"[{inner}{f',{inner}'.join(_laid_out(v, inner) for v in value)}{margin}]"
-    return "null" if value is None else json.dumps(value)
+    if value is None:
+        return "null"
+    inner = margin + " "
+    if isinstance(value, list | tuple):
+        return f"[{inner}{f',{inner}'.join([_laid_out(v, inner) for v in value])}{margin}]" if value else "[]"
+    if isinstance(value, dict):
+        rows = [f"{encode_basestring(k)}: {_laid_out(v, inner)}" for k, v in sorted(value.items())]
+    elif names := _sorted_fields(value.__class__):
+        rows = [f'"{name}": {_laid_out(getattr(value, name), inner)}' for name in names]
+    else:
+        return json.dumps(value)
+    return f"{{{inner}{f',{inner}'.join(rows)}{margin}}}" if rows else "{}"
+
+
+@cache
+def _sorted_fields(cls: type) -> tuple[str, ...]:
+    """The fields of a class of records in order of name; none of any other class."""
+    return tuple(sorted(getattr(cls, "__match_args__", ())))

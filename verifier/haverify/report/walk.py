@@ -31,7 +31,7 @@ class _Scope:
 
     state: State
     params: State
-    definitions: dict[tuple[str, str], Expr]
+    definitions: Callable[[str, str], Expr]
     enums: dict[str, tuple[str, ...]]
     time: Fraction
 
@@ -113,10 +113,19 @@ def _mode(automaton: HybridAutomaton, name: str) -> Mode:
 
 def _scope(spec: Spec, automaton: HybridAutomaton, run: Run, mode: str, time: Fraction, state: State) -> _Scope:
     lets = [*automaton.lets, *_mode(automaton, mode).lets]
-    constants = [c for c in (*spec.constants, *automaton.constants) if isinstance(c.value, Expr)]
-    definitions: dict[tuple[str, str], Expr] = {("let", let.name): let.expr for let in lets}
-    definitions.update({("const", c.name): c.value for c in constants if isinstance(c.value, Expr)})
-    return _Scope(state, dict(run.params), definitions, {e.name: e.values for e in spec.enums}, time)
+
+    def definition(op: str, name: str) -> Expr:
+        found = (
+            (o.expr for o in reversed(lets) if o.name == name)
+            if op == "let"
+            else (c.value for c in (*automaton.constants, *spec.constants) if c.name == name)
+        )
+        value = next(found, None)
+        if not isinstance(value, Expr):
+            raise _NotExact
+        return value
+
+    return _Scope(state, dict(run.params), definition, {e.name: e.values for e in spec.enums}, time)
 
 
 def _value(e: Expr, scope: _Scope) -> Fraction:
@@ -129,7 +138,7 @@ def _value(e: Expr, scope: _Scope) -> Fraction:
     if e.op == "param":
         return scope.params[e.name]
     if e.op in ("const", "let"):
-        return _value(scope.definitions[e.op, e.name], scope)
+        return _value(scope.definitions(e.op, e.name), scope)
     if e.op == "sym":
         return Fraction(scope.enums[str(e.args[0])].index(str(e.args[1])))
     if e.op == "scale" and e.args[1] == 0:

@@ -17,6 +17,7 @@ class ReportFolder:
         if target.exists() and not _is_report(target):
             raise UsageError(f"{target}: is there already and is no report folder; name another one with --report")
         self.target = target
+        self._made: set[str] = set()
         self.path = target.with_name(f".{target.name}.{os.getpid()}")
         try:
             shutil.rmtree(self.path, ignore_errors=True)
@@ -26,9 +27,13 @@ class ReportFolder:
 
     def add(self, name: str, text: str) -> None:
         """Write a file of the report, `name` with `/` between folders."""
-        file = self.path / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+        file = f"{self.path}/{name}"
+        within = os.path.dirname(file)
+        if within not in self._made:
+            os.makedirs(within, exist_ok=True)
+            self._made.add(within)
+        with open(file, "wb") as out:
+            out.write(text.encode())
 
     def remove(self, name: str) -> None:
         """Take a file out again."""

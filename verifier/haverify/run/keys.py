@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from haverify.report.version import LANGUAGE, VERSION
@@ -24,11 +24,20 @@ def digest(value: Any) -> str:
 def code_hash() -> str:
     """SHA-256 over the source of haverify and hacheck: evidence from other code is not reused."""
     total = hashlib.sha256()
-    root = Path(__file__).parents[2]
+    root = os.path.dirname(os.path.dirname(os.path.dirname(__file__)))
     for package in ("haverify", "hacheck"):
-        for path in sorted((root / package).rglob("*.py")):
-            total.update(f"{path.relative_to(root).as_posix()}\0".encode() + path.read_bytes() + b"\0")
+        for path in sorted(_sources(os.path.join(root, package))):
+            with open(path, "rb", 0) as file:
+                total.update(f"{path.removeprefix(root)}\0".encode() + file.read() + b"\0")
     return total.hexdigest()
+
+
+def _sources(folder: str) -> Iterator[str]:
+    """The modules below a folder."""
+    for at, folders, files in os.walk(folder):
+        if "__pycache__" in folders:
+            folders.remove("__pycache__")
+        yield from (f"{at}/{name}" for name in files if name.endswith(".py"))
 
 
 def reproducibility(core: str, inputs: Iterable[str], options: Mapping[str, str], versions: Mapping[str, str]) -> str:
@@ -85,8 +94,8 @@ def _constants(value: Any) -> set[str]:
         v = stack.pop()
         if isinstance(v, dict):
             stack.extend(v.values())
-        elif isinstance(v, list):
+        elif isinstance(v, (list, tuple)):
             if len(v) == 2 and v[0] == "const" and isinstance(v[1], str):
                 found.add(v[1])
-            stack.extend(x for x in v if isinstance(x, list | dict))
+            stack.extend([x for x in v if x.__class__ is not str])
     return found

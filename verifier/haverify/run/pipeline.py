@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -105,10 +104,10 @@ def with_claims(spec: Spec, only: str) -> Spec:
 
 
 def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Options, started: _Clock) -> Outcome:
-    core = _core(e)
+    value, core = _core(e)
     if core:
         folder.add("core.json", core)
-    decided = _decided(e, claims, core, folder, options)
+    decided = _decided(e, claims, value, folder, options)
     judged = {c.name: gate.judge(c, decided.evidence[c.name], e.record.parts(c.name)) for c in claims}
     judged = {c.name: _with_entry(e, c, decided.evidence[c.name], judged[c.name]) for c in claims}
     problems = settle(d for j in judged.values() for d in j.problems)
@@ -121,23 +120,26 @@ def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Op
     return Outcome(e, decided.evidence, result, problems, options.report, decided.faults, [])
 
 
-def _core(e: Examined) -> str:
-    """The canonical core, where the spec has a meaning."""
+def _core(e: Examined) -> tuple[Mapping[str, Any], str]:
+    """The core and its canonical text, where the spec has a meaning; else both empty."""
     if e.spec is None or not e.has_meaning:
-        return ""
+        return {}, ""
     from haverify.model.core import canonical, to_core
 
-    return canonical(to_core(e.spec)).decode()
+    core = to_core(e.spec)
+    return core, canonical(core).decode()
 
 
-def _decided(e: Examined, claims: list[Claim], core: str, folder: ReportFolder, options: Options) -> Decided:
+def _decided(
+    e: Examined, claims: list[Claim], core: Mapping[str, Any], folder: ReportFolder, options: Options
+) -> Decided:
     if e.spec is None or not core:
         reason = "the spec has errors that leave a part of it without meaning"
         return Decided(
             {c.name: Evidence(Unknown("meaning", reason, next_step="repair these errors"), (), "") for c in claims}
         )
     plan = Plan(options.budget, options.jobs, options.use_cache, options.grade, Path(e.path).parent)
-    return decide(e.spec, [c.name for c in claims], json.loads(core), folder, plan)
+    return decide(e.spec, [c.name for c in claims], core, folder, plan)
 
 
 def _with_entry(e: Examined, claim: Claim, evidence: Evidence, j: gate.Judgement) -> gate.Judgement:

@@ -42,8 +42,23 @@ def solve(rows: list[Row]) -> dict[str, Fraction] | Infeasible | TooLarge:
             return _point(eliminated)
         if len(rows) > MAX_ROWS:
             return TooLarge()
+        if not eliminated and len({v for r in rows for v in r.poly.variables}) == 1:
+            return _on_a_line(rows[0].poly.variables[0], rows)
         name, used, rows = _eliminate(rows)
         eliminated.append((name, used))
+
+
+def _on_a_line(name: str, rows: list[Row]) -> dict[str, Fraction] | Infeasible:
+    """The same for rows with one unknown, which are bounds on it: two that contradict each other, or a point."""
+    bounds = [(_bound(name, r), r.relation == "<", r) for r in rows]
+    lower = [b for b in bounds if _factor(name, b[2]) < 0 or b[2].relation == "=="]
+    upper = [b for b in bounds if _factor(name, b[2]) > 0 or b[2].relation == "=="]
+    if lower and upper:
+        low, is_above, below = max(lower, key=lambda b: b[:2])
+        high, is_below, above = min(upper, key=lambda b: (b[0], not b[1]))
+        if low > high or (low == high and (is_above or is_below)):
+            return Infeasible(below.origins | above.origins)
+    return {name: _choice(name, rows)}
 
 
 def _without_constants(rows: list[Row]) -> tuple[list[Row], frozenset[int] | None]:
@@ -80,7 +95,12 @@ def _eliminate(rows: list[Row]) -> tuple[str, list[Row], list[Row]]:
 
 
 def _coefficient(name: str, row: Row) -> Fraction:
-    return row.poly.terms.get(((name, 1),), Fraction(0))
+    return Fraction(_factor(name, row), row.poly.divisor)
+
+
+def _factor(name: str, row: Row) -> int:
+    """A positive multiple of the coefficient."""
+    return row.poly.whole.get(((name, 1),), 0)
 
 
 def _cost(name: str, rows: list[Row]) -> int:
@@ -90,9 +110,9 @@ def _cost(name: str, rows: list[Row]) -> int:
 
 def _split(name: str, rows: list[Row]) -> tuple[list[Row], list[Row], list[Row]]:
     """Rows that bound `name` from below, from above, not at all."""
-    lower = [r for r in rows if _coefficient(name, r) < 0]
-    upper = [r for r in rows if _coefficient(name, r) > 0]
-    return lower, upper, [r for r in rows if not _coefficient(name, r)]
+    lower = [r for r in rows if _factor(name, r) < 0]
+    upper = [r for r in rows if _factor(name, r) > 0]
+    return lower, upper, [r for r in rows if not _factor(name, r)]
 
 
 def _replaced(row: Row, name: str, equality: Row) -> Row:
@@ -121,9 +141,7 @@ def _point(eliminated: list[tuple[str, list[Row]]]) -> dict[str, Fraction]:
 
 def _choice(name: str, rows: list[Row]) -> Fraction:
     """A value between all bounds, a simple one where possible."""
-    bounds = [
-        (-r.poly.terms.get((), Fraction(0)) / _coefficient(name, r), _coefficient(name, r), r.relation) for r in rows
-    ]
+    bounds = [(_bound(name, r), _factor(name, r), r.relation) for r in rows]
     for value, _, relation in bounds:
         if relation == "==":
             return value
@@ -154,4 +172,4 @@ def _is_below(value: Fraction, high: Fraction | None, closed: bool) -> bool:
 
 def _bound(name: str, row: Row) -> Fraction:
     """Where a row of one unknown is met with equality."""
-    return -row.poly.terms.get((), Fraction(0)) / _coefficient(name, row)
+    return Fraction(-row.poly.whole.get((), 0), _factor(name, row))
