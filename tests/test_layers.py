@@ -22,6 +22,7 @@ LAYERS = [
     {"solvers"},
     {"analyses", "lint", "simulate", "gait", "robot", "learn"},
     {"report"},
+    {"repair"},
     {"run", "interop"},
     {"cli", "lsp", "__init__", "__main__"},
 ]

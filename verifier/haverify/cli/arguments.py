@@ -27,6 +27,16 @@ _RECHECK = """\
 Let hacheck re-establish every verdict of a report folder, and read the spec again to see that it still gives this core.
 Run it in the folder in which `check` ran: paths of specs and tables are relative to it; what is not found is said."""
 
+_REPAIR = """\
+Propose the smallest changes that make a spec plausible: a sign, a decimal place, swapped digits, cells or bounds, an
+open or closed bound, a bit of a rule. Each is tried before it is shown: the changed text is read again and decided
+again, exactly. Nothing is written, and where nothing is wrong nothing is proposed."""
+
+_REPAIR_MORE = """\
+exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong that no small change mends;
+2 call or input cannot be understood. Findings that haverify.lock or @allow accepts are spared in the spec's own text,
+not in its tables; claims that expect a refutation are never a reason for a change."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; a command's name is `command`."""
@@ -38,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _init, _doctor):
+    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _repair, _init, _doctor):
         add(commands)
     return top
 
@@ -67,7 +77,9 @@ def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("-p", "--property", metavar="NAME", help="decide one claim (or family) only")
     p.add_argument("--budget", metavar="TIME", help="safety net in time for each claim: 90s, 5min (default 60s)")
     p.add_argument("--jobs", type=int, metavar="N", help="processes that share the claims (default 1)")
-    p.add_argument("--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)")
+    p.add_argument(
+        "--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)"
+    )
     where = p.add_mutually_exclusive_group()
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
@@ -86,7 +98,9 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--fix", action="store_true", help="apply the safe fixes")
     p.add_argument("--unsafe-fixes", action="store_true", help="apply proposed fixes too; read the difference")
     p.add_argument("--select", metavar="CODES", help="only findings whose code starts so: HA2,HA303")
-    p.add_argument("--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)")
+    p.add_argument(
+        "--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)"
+    )
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 
@@ -119,6 +133,16 @@ def _recheck(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = _told(commands, "recheck", _RECHECK, help="re-establish a report by the independent checker")
     p.add_argument("folder", metavar="DIR", help="a report folder, such as reports/gait")
     p.add_argument("--strict", action="store_true", help="refuse what is beyond the checker")
+
+
+def _repair(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "repair", _REPAIR, _REPAIR_MORE, help="propose the smallest changes that mend a spec")
+    p.add_argument("files", nargs="+", metavar="FILE.ha", help="a spec")
+    p.add_argument("-p", "--property", metavar="NAME", help="look at one claim (or family) only")
+    p.add_argument("--accepted", action="store_true", help="do not spare what haverify.lock or @allow accepts")
+    p.add_argument("--diff", action="store_true", help="print the changes as a difference for patch, nothing else")
+    p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
+    p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

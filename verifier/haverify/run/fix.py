@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
+from haverify.diagnostics.edits import edited
 from haverify.text.source import Source
 
 
@@ -34,13 +35,6 @@ def _meet(a: Edit, b: Edit) -> bool:
     if a.span.path != b.span.path:
         return False
     return (a.span.start < b.span.end and b.span.start < a.span.end) or a.span.start == b.span.start
-
-
-def edited(text: str, edits: Iterable[Edit]) -> str:
-    """The text with edits that do not overlap."""
-    for e in sorted(edits, key=lambda e: e.span.start, reverse=True):
-        text = text[: e.span.start] + e.text + text[e.span.end :]
-    return text
 
 
 def _rewrite(source: Source, edits: list[Edit]) -> None:

@@ -1,0 +1,70 @@
+"""What a change does to a spec: findings and violations that go, and those that come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from haverify.repair.subject import Subject
+from haverify.report.gate import expected
+from haverify.text.record import record
+
+
+@record
+class Effect:
+    """Compared with the spec as written, exactly decided both times.
+
+    `findings` are gone, `mended` claims are no longer violated against expectation, `fewer` parts no longer violated
+    at all; `better` claims are proved although a refutation is expected. `worse` are claims that were fine before and
+    are not; `come` are findings that are new, or were there all the time and hidden behind those that are gone.
+    """
+
+    findings: tuple[str, ...]
+    mended: tuple[str, ...]
+    fewer: tuple[str, ...]
+    better: tuple[str, ...]
+    worse: tuple[str, ...]
+    come: tuple[str, ...]
+
+    @property
+    def solved(self) -> int:
+        """How many problems are gone."""
+        return len(self.findings) + len(self.mended)
+
+    @property
+    def helps(self) -> bool:
+        """Whether anything is better."""
+        return bool(self.findings or self.mended or self.fewer or self.better)
+
+
+def effect(before: Subject, after: Subject, names: Iterable[str]) -> Effect:
+    """The difference between two subjects that are linted and decided as far as `names` go."""
+    both = [n for n in names if n in before.evidence and n in after.evidence]
+    gone = [k for k in before.findings if k not in after.findings]
+    come = [k for k in after.findings if k not in before.findings]
+    mended = [n for n in both if before.broken(n) and not after.broken(n) and after.verdict(n) != "unknown"]
+    better = [n for n in both if _is_better(before, after, n)]
+    fewer = [f"{n} ({p})" for n in both if n not in better for p in _healed(before, after, n)]
+    return Effect(
+        tuple(gone), tuple(mended), tuple(fewer), tuple(better), tuple(_worse(before, after, both)), tuple(come)
+    )
+
+
+def _healed(before: Subject, after: Subject, name: str) -> list[str]:
+    return [p for p in before.violated(name) if p not in after.violated(name)]
+
+
+def _is_better(before: Subject, after: Subject, name: str) -> bool:
+    return (
+        expected(after.claims[name]) == "refuted"
+        and before.verdict(name) != "proved"
+        and after.verdict(name) == "proved"
+    )
+
+
+def _worse(before: Subject, after: Subject, names: Iterable[str]) -> Iterable[str]:
+    for n in names:
+        came = [p for p in after.violated(n) if p not in before.violated(n)]
+        if came:
+            yield f"{n}: {came[0]}"
+        elif after.verdict(n) == "unknown" and before.verdict(n) != "unknown":
+            yield f"{n}: undecided"

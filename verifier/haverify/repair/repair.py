@@ -1,0 +1,100 @@
+"""The smallest changes that make a spec plausible: sought in its tables first, then in its text, each one tried."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+
+from haverify.diagnostics.diagnostic import Edit
+from haverify.repair.bound_repairs import bound_repairs
+from haverify.repair.choice import Hopeless
+from haverify.repair.effect import Effect, effect
+from haverify.repair.proposal import Outcome, Proposal
+from haverify.repair.subject import Subject, hash_edits
+from haverify.repair.table_repairs import table_repairs
+from haverify.repair.text_search import MOST_PER_PROBLEM, TextSearch
+from haverify.repair.trial import Trials
+from haverify.report.gate import expected
+from haverify.text.record import record
+
+
+def repair(before: Subject, accepted: Collection[str], only: str | None = None) -> Outcome:
+    """Proposals for what is wrong in a spec that is read and linted and has a meaning.
+
+    `accepted` are the keys of findings that are on record with a reason. Those about the text stay as they are; those
+    that table cells explain do not: what was copied wrongly is wrong, whatever is known of it. With `only`, what one
+    claim (or family) speaks of is looked at, and nothing else.
+    """
+    before.decide(before.claims)
+    trials, asked = Trials(before), _Asked(frozenset(before.findings) - frozenset(accepted), only)
+    proposals, hopeless = table_repairs(trials, only)
+    if only is None:
+        proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
+    state = (trials.after(_edits(proposals), list(before.claims)) if proposals else None) or before
+    search = TextSearch(trials, frozenset(t.limit.claim for h in hopeless for t in h.troubles if t.limit))
+    proposals += search.search(asked.findings(state), asked.claims(state))
+    state, together, kept = _together(trials, proposals)
+    remarks = [*_undecided(before, asked), *([f"only {MOST_PER_PROBLEM} changes were tried"] if search.was_cut else [])]
+    edits = _edits(kept)
+    return Outcome(
+        tuple(kept), together, (*edits, *hash_edits(before.text, list(edits))),
+        tuple(asked.left(state, hopeless)), tuple(remarks),
+    )  # fmt: skip
+
+
+@record
+class _Asked:
+    """What is to be mended: findings of the spec as written that nobody accepted, claims that are not as expected."""
+
+    open: frozenset[str]
+    only: str | None
+
+    def findings(self, subject: Subject) -> list[str]:
+        return [k for k in subject.findings if k in self.open] if self.only is None else []
+
+    def claims(self, subject: Subject) -> list[str]:
+        return [n for n in subject.claims if self.is_about(n) and subject.broken(n)]
+
+    def is_about(self, claim: str) -> bool:
+        return self.only is None or self.only in (claim, claim.split("[")[0])
+
+    def left(self, subject: Subject, hopeless: Iterable[Hopeless]) -> Iterator[str]:
+        """The problems of a subject, in words."""
+        for h in hopeless:
+            lines = ", ".join(f"{path}:{row}" for path, row in h.lines)
+            yield f"{lines}: no single change of a cell makes the row fit"
+        yield from (f"finding {k}" for k in self.findings(subject))
+        yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in self.claims(subject))
+
+
+def _edits(proposals: Iterable[Proposal]) -> tuple[Edit, ...]:
+    return tuple(e for p in proposals for e in p.change.edits)
+
+
+def _together(trials: Trials, proposals: list[Proposal]) -> tuple[Subject, Effect | None, list[Proposal]]:
+    """All proposals that do not touch one place twice, in order of place, and what they do together."""
+    kept: list[Proposal] = []
+    for p in proposals:
+        if not any(_meet(a, b) for a in p.change.edits for b in _edits(kept)):
+            kept.append(p)
+    names = list(trials.before.claims)
+    after = trials.after(_edits(kept), names) if kept else None
+    if after is None:
+        return trials.before, None, kept
+    return after, effect(trials.before, after, names), sorted(kept, key=_place)
+
+
+def _meet(a: Edit, b: Edit) -> bool:
+    return a.span.path == b.span.path and a.span.start < b.span.end and b.span.start < a.span.end
+
+
+def _place(p: Proposal) -> tuple[str, int]:
+    first = p.change.edits[0].span
+    return (first.path, first.start)
+
+
+def _undecided(subject: Subject, asked: _Asked) -> Iterator[str]:
+    names = [n for n, c in subject.claims.items() if asked.is_about(n) and expected(c) != "unknown"]
+    open_ = [n for n in names if subject.verdict(n) == "unknown"]
+    if open_:
+        shown = ", ".join(open_[:3]) + (", ..." if len(open_) > 3 else "")
+        yield f"{len(open_)} claims are undecided ({shown}): no change was sought for them"
