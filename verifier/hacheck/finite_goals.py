@@ -1,21 +1,25 @@
-"""What certificates of goals about cells, rules and relations show: all values tried, or one that decides."""
+"""What certificates of goals without time show: all values of names tried, one that decides, all params on boxes."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from typing import Any
 
+from hacheck import bernstein
 from hacheck.core import Core, by_name
+from hacheck.expressions import Instant, Scope
 from hacheck.finite import Env, Finite, World
-from hacheck.rational import Refused, number
+from hacheck.formula import disj, variables
+from hacheck.polynomial import const
+from hacheck.rational import Beyond, Refused, number
 
 Json = Any
+FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxes": {"proof", "verdict"}}
 
 
 def shown(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """What an entry of kind `enumerated` or `witness` shows of its goal: `proved` or `refuted`."""
-    fields = {"enumerated": {"kind", "hash", "params"}, "witness": {"kind", "hash", "params", "values"}}
-    if set(entry) != fields[entry["kind"]] or claim["which"]:
+    if set(entry) != {"kind", "hash", "params", *FIELDS[entry["kind"]]} or claim["which"]:
         raise Refused("an entry of a goal has other fields than its kind has")
     point = World(core, claim["on"], _point(core, claim["on"], entry["params"]))
     for a in (*core.data["assumptions"], *claim["assume"]):
@@ -27,6 +31,8 @@ def shown(core: Core, claim: Json, goal: Json, entry: Json) -> str:
         if truth is None:
             raise Refused("something undefined decides the goal")
         return "proved" if truth else "refuted"
+    if entry["kind"] == "boxes":
+        return _on_boxes(core, claim, goal, entry)
     kind, body, env = _unwrapped(point, goal["condition"], entry["values"])
     if Finite(everywhere if kind == "exists" else point).truth(body, env) is not (kind == "exists"):
         raise Refused("the witness of a goal is none")
@@ -57,3 +63,19 @@ def _unwrapped(world: World, e: Json, values: Json) -> tuple[str, Json, Env]:
             raise Refused("the witness of a goal names other things than the goal does")
         env, e = {**env, bound: cell}, body
     return kind, e, env
+
+
+def _on_boxes(core: Core, claim: Json, goal: Json, entry: Json) -> str:
+    """A tree shows the goal, or that an assumption fails, for all params; or the denied goal for those given."""
+    if claim["on"] in core.automata or (core.data["params"] and not entry["params"]):
+        raise Beyond("params of an automaton in a goal without time, or no admissible values of them")
+    scope = Scope(core, {"constants": [], "params": []}, False)
+    given = {p: const(number(q)) for p, q in entry["params"].items()}
+    if entry["verdict"] == "refuted":
+        f = Instant(scope, None, given).formula(goal["condition"], True)
+    else:
+        at = Instant(scope, None, {})
+        excuses = [at.formula(a, True) for a in (*core.data["assumptions"], *claim["assume"])]
+        f = disj([at.formula(goal["condition"]), *excuses])
+    bernstein.replay(entry["proof"], f, {v: scope.box[v] for v in variables(f)})
+    return "refuted" if entry["verdict"] == "refuted" else "proved"

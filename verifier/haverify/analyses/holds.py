@@ -49,7 +49,9 @@ def _goal(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json], units:
         from haverify.analyses.fuzzy import decide_fuzzy
 
         return decide_fuzzy(spec, claim, goal, core, units)
-    return Held(Unknown("fragment", "`holds` about rules is not decided in this version"))
+    from haverify.analyses.finite import decide_finite
+
+    return decide_finite(spec, claim, goal, core, units)
 
 
 def is_fuzzy(goal: Goal) -> bool:

@@ -65,9 +65,10 @@ class Values:
         return self.number(r.low), self.number(r.high)
 
 
-def values_of(spec: Spec, automaton: HybridAutomaton, symbolic: Iterable[str] = ()) -> Values:
-    """The values that hold inside `automaton`, its own constants first."""
-    constants = {c.name: c for c in (*spec.constants, *automaton.constants)}
+def values_of(spec: Spec, automaton: HybridAutomaton | None, symbolic: Iterable[str] = ()) -> Values:
+    """The values that hold inside `automaton` (None: on the top level), its own constants first."""
+    own = automaton.constants if automaton is not None else ()
+    constants = {c.name: c for c in (*spec.constants, *own)}
     positions = {}
     for e in spec.enums:
         first = e.low if e.low is not None else Q(0)

@@ -75,6 +75,15 @@ class Hashes:
         return {name: i for i, name in enumerate(self.constants)}
 
 
+TIMELESS = ("constants", "params", "enums", "assumptions", "cellular", "relations", "fuzzy", "tables")
+
+
+def goal_digest(core: Mapping[str, Json], claim: Claim, goal: Goal) -> str:
+    """The hash of a goal without time (docs/core.md section 6)."""
+    assume = [expr_to_json(e) for e in claim.assume]
+    return digest(["haverify.obligation/1", {k: core[k] for k in TIMELESS}, goal_to_json(goal), assume, claim.on])
+
+
 def hashes(spec: Spec, automaton: HybridAutomaton, core: Mapping[str, Json] | None = None) -> Hashes:
     """The hashes of claims on `automaton`; `core` is the spec's core, where it is at hand."""
     return Hashes(spec, automaton, core if core is not None else to_core(spec))

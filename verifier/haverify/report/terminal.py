@@ -122,7 +122,7 @@ def _short_part(p: Part) -> list[str]:
     """A violated part in a line or two: the extreme with its instant, then the table rows."""
     where = f"{p.mode}, {p.output}" if p.output else p.mode
     fact = "; ".join(p.facts) or _margin(p.margin) or f"violated: {p.text}"
-    lines = [f"  {where}: {fact}"]
+    lines = [f"  {where}: {fact}" if where else f"  {fact}"]
     return lines + ([f"      reads {', '.join(p.cells)}"] if p.cells else [])
 
 
@@ -133,7 +133,8 @@ def _why_unknown(c: Claim) -> list[str]:
 
 def _part(p: Part) -> list[str]:
     where = f"{p.mode}, {p.output}" if p.output else p.mode
-    lines = [f"  violated in {where}: {p.text}" if p.text else f"  violated in {where}"]
+    place = f" in {where}" if where else ""
+    lines = [f"  violated{place}: {p.text}" if p.text else f"  violated{place}"]
     lines += [f"      {fact}" for fact in p.facts]
     if not p.facts and p.margin:
         lines.append(f"      {_margin(p.margin)}")
