@@ -64,7 +64,7 @@ def test_an_entry_of_another_shape_finds_nothing() -> None:
     (path,) = cache.folder().glob("*.json")
     pack = json.loads(path.read_bytes().partition(b"\n")[2])
     pack["claims"]["k1"]["evidence"]["parts"] = [{}]
-    cache._write(path, {"claims": pack["claims"], "cells": pack["cells"]})
+    cache.store(path.stem, pack)
     assert cache.fetch("m", KEYS) == {}
 
 

@@ -19,6 +19,17 @@ def test_pyproject_and_own_file(tmp_path: Path) -> None:
     assert settings(inner) == Settings(budget="5s")
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["[tool.haverify]\njobs = 3",
+     '[ tool . "haverify" ]\njobs = 3', "[tool]\nhaverify.jobs = 3", "tool.haverify.jobs = 3",
+     "tool = { haverify = { jobs = 3 } }"],
+)  # fmt: skip
+def test_every_way_to_write_the_table_is_seen(tmp_path: Path, text: str) -> None:
+    (tmp_path / "pyproject.toml").write_text(text + "\n")
+    assert settings(tmp_path).jobs == 3
+
+
 def test_a_pyproject_of_others_is_passed_by(tmp_path: Path) -> None:
     (tmp_path / "pyproject.toml").write_text('[project]\nname = "haverify-user"\n')
     (tmp_path.parent / "haverify.toml").unlink(missing_ok=True)

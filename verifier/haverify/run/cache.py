@@ -32,7 +32,7 @@ def folder() -> Path:
 
 def fetch(model: str, claims: Mapping[str, str]) -> dict[str, Evidence]:
     """The kept evidence of the claims (name to key) about the model with key `model`."""
-    pack = _read(_path(model))
+    pack = _pack(model)
     found = {}
     for name, key in claims.items():
         entry = pack["claims"].get(key)
@@ -43,14 +43,14 @@ def fetch(model: str, claims: Mapping[str, str]) -> dict[str, Evidence]:
 
 def keep(model: str, claims: Mapping[str, str], evidence: Mapping[str, Evidence]) -> None:
     """Add conclusive evidence to what is kept about a model; another process may do the same, the last one wins."""
-    pack = _read(_path(model))
+    pack = _pack(model)
     for name, e in evidence.items():
         if isinstance(e.verdict, Unknown) or e.certificate is None:
             continue
         names = {cell: _digest(content) for cell, content in e.cells.items()}
         pack["cells"].update({names[cell]: content for cell, content in e.cells.items()})
         pack["claims"][claims[name]] = {"evidence": evidence_to(e), "cells": names}
-    _write(_path(model), pack)
+    store(model, {"schema": _SCHEMA, **pack})
 
 
 def _evidence(entry: Any, cells: Mapping[str, Any]) -> Evidence | None:
@@ -61,8 +61,29 @@ def _evidence(entry: Any, cells: Mapping[str, Any]) -> Evidence | None:
         return None
 
 
-def _path(model: str) -> Path:
-    return folder() / f"{model}.json"
+def load(key: str) -> Any:
+    """The JSON value kept under a key; None where there is none or the file is not as it was written."""
+    try:
+        digest, _, body = (folder() / f"{key}.json").read_bytes().partition(b"\n")
+        return json.loads(body) if digest.decode("ascii") == hashlib.sha256(body).hexdigest() else None
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+def store(key: str, value: Any) -> None:
+    """Keep a JSON value, in one step; a cache that cannot be written is no cache, and no error."""
+    import tempfile
+
+    body, path = _canonical(value), folder() / f"{key}.json"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
+        with os.fdopen(handle, "wb") as file:
+            file.write(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        os.replace(beside, path)
+        _forget_oldest(path.parent)
+    except OSError:
+        return
 
 
 def _digest(content: Any) -> str:
@@ -73,37 +94,14 @@ def _canonical(value: Any) -> bytes:
     return json.dumps(value, sort_keys=True, separators=(",", ":")).encode()
 
 
-def _read(path: Path) -> dict[str, dict[str, Any]]:
-    """A pack: `claims` by key, `cells` by digest; empty where the file is missing, damaged or another version's."""
-    empty: dict[str, dict[str, Any]] = {"claims": {}, "cells": {}}
-    try:
-        digest, _, body = path.read_bytes().partition(b"\n")
-        if digest.decode("ascii") != hashlib.sha256(body).hexdigest():
-            return empty
-        pack = json.loads(body)
-    except (OSError, ValueError, RecursionError):
-        return empty
+def _pack(model: str) -> dict[str, dict[str, Any]]:
+    """What is kept about a model: `claims` by key, `cells` by digest; empty where nothing of this version is."""
+    pack = load(model)
     if not isinstance(pack, dict) or pack.get("schema") != _SCHEMA:
-        return empty
+        return {"claims": {}, "cells": {}}
     if not isinstance(pack.get("claims"), dict) or not isinstance(pack.get("cells"), dict):
-        return empty
+        return {"claims": {}, "cells": {}}
     return {"claims": pack["claims"], "cells": pack["cells"]}
-
-
-def _write(path: Path, pack: Mapping[str, Any]) -> None:
-    """Put the pack in place in one step; a cache that cannot be written is no cache, and no error."""
-    import tempfile
-
-    body = _canonical({"schema": _SCHEMA, **pack})
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
-        with os.fdopen(handle, "wb") as file:
-            file.write(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        os.replace(beside, path)
-        _forget_oldest(path.parent)
-    except OSError:
-        return
 
 
 def _forget_oldest(where: Path) -> None:

@@ -47,8 +47,10 @@ class Examined:
         return [d for d in self.found if d not in self.accepted] if self.accepted else list(self.found)
 
 
-def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = ()) -> Examined:
+def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = (), use_cache: bool = False) -> Examined:
     """Read a spec and lint it; with `select`, only findings whose code starts so are kept.
+
+    With `use_cache`, rules look at a spec that they have seen before only once.
 
     Raises
     ------
@@ -56,11 +58,22 @@ def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = ()) -
     """
     spec, sources, found = read(path)
     if spec is not None and not any(is_meaningless(d) for d in found):
-        from haverify.lint._registry import run_lint
-
-        found += run_lint(spec, sources)
+        found += _linted(spec, sources, use_cache)
     kept = [d for d in settle(found) if _selected(d, select)]
     return _with_reasons(Examined(path, spec, sources, kept, {}), lock, bool(select))
+
+
+def _linted(spec: Spec, sources: Mapping[str, Source], use_cache: bool) -> list[Diagnostic]:
+    def look() -> list[Diagnostic]:
+        from haverify.lint._registry import run_lint
+
+        return run_lint(spec, sources)
+
+    if not use_cache:
+        return look()
+    from haverify.run.findings_cache import found_once
+
+    return found_once(sources, look)
 
 
 def read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic]]:
