@@ -188,7 +188,7 @@ class Question:
         kind = entry.get("kind") if isinstance(entry, dict) else None
         if entry == {}:
             return None, []
-        if kind in ("run", "inevitable") and entry.get("hash") != self.part_hash("goal", "", ""):
+        if kind in ("run", "inevitable", "signals") and entry.get("hash") != self.part_hash("goal", "", ""):
             raise Refused("a goal has another hash than the obligation derived from the core")
         if kind == "cells" and self.goal["kind"] in ("always", "can_reach"):
             return self._cells(entry)
@@ -199,6 +199,11 @@ class Question:
             met = self.goal["kind"] == "can_reach"
             (self._witness if met else self._missed)(entry.get("run"))
             verdict = "proved" if met else "refuted"
+            return verdict, [("", "", verdict)]
+        if kind == "signals" and self.goal["kind"] in ("stl", "can_always"):
+            from hacheck.signals import established as over_time
+
+            verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
         raise Beyond(f"a goal `{self.goal['kind']}` shown in this way")
 

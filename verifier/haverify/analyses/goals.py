@@ -53,12 +53,12 @@ class Answer:
 def decide_always(context: Context, setting: Setting, number: int, work: Work) -> Answer:
     """An `always` goal, or (`can_reach` by its negation) that a condition is never met."""
     if not setting.has_instants():
-        return _vacuous("its window holds no instant")
+        return vacuous("its window holds no instant")
     asked = list(parts(condition_of(setting.goal), context.automaton, context.model.index))
     cells, judged = _on_cells(context, setting, asked, work)
-    start = _start(context, setting)
+    start = known_start(context, setting)
     if start is None:
-        return _vacuous("no admissible start satisfies what is assumed")
+        return vacuous("no admissible start satisfies what is assumed")
     if setting.goal.kind == "always":
         empty = _vacuity(setting, asked, judged, cells)
         if empty is not None:
@@ -124,7 +124,7 @@ def _reads_time(setting: Setting) -> bool:
     return any(reads_time(e, setting.model.timed_lets) for e in read)
 
 
-def _start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]] | None:
+def known_start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]] | None:
     """`first_start`, kept for the claims that assume the same."""
     if setting.claim.assume not in context.starts:
         context.starts[setting.claim.assume] = first_start(context, setting)
@@ -144,7 +144,8 @@ def first_start(context: Context, setting: Setting) -> tuple[State, dict[str, Q]
     return None
 
 
-def _vacuous(reason: str) -> Answer:
+def vacuous(reason: str) -> Answer:
+    """The answer to a claim that speaks of nothing."""
     return Answer(
         "unknown", {}, Unknown("vacuous", reason, next_step="correct the premise, the init line or the assumption")
     )
@@ -159,11 +160,11 @@ def _vacuity(setting: Setting, asked: list[Part], judged: list[Judged], cells: C
         return None
     if any(j.touched for j in judged):
         premises = dict.fromkeys(c.children[0] for c in members)
-        return _vacuous("the premise is never true on any run") if _never_true(setting, premises, cells) else None
+        return vacuous("the premise is never true on any run") if _never_true(setting, premises, cells) else None
     if not asked:
-        return _vacuous("the premise is never true, whatever the run")
+        return vacuous("the premise is never true, whatever the run")
     places = ", ".join(dict.fromkeys(p.where for p in asked[:6]))
-    return _vacuous(f"the premise is never true: no run comes to {places}")
+    return vacuous(f"the premise is never true: no run comes to {places}")
 
 
 def _never_true(setting: Setting, premises: Iterable[Expr], cells: Cells) -> bool:
@@ -177,7 +178,7 @@ def _never_true(setting: Setting, premises: Iterable[Expr], cells: Cells) -> boo
 def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cells, answer: Answer) -> Json:
     """The certificate's entry of a part; its result is added to the answer."""
     part = j.part
-    digest = context.hashes.part(_goal_hash(context, setting), part.kind, part.where, part.output)
+    digest = context.hashes.part(goal_hash(context, setting), part.kind, part.where, part.output)
     entry: dict[str, Json] = {"kind": part.kind, "where": part.where, "output": part.output, "hash": digest}
     run = None
     margin = margin_of(setting, j)
@@ -200,7 +201,8 @@ def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cel
     return entry
 
 
-def _goal_hash(context: Context, setting: Setting) -> str:
+def goal_hash(context: Context, setting: Setting) -> str:
+    """The hash of a goal, computed once."""
     known = setting.hash
     if known is None:
         known = setting.hash = context.hashes.goal(setting.claim, setting.goal)
@@ -255,7 +257,7 @@ def _total_margin(answer: Answer) -> None:
 def decide_can_reach(context: Context, setting: Setting, number: int, work: Work) -> Answer:
     """A `can_reach` goal: a run proves it, cells that never meet it refute it."""
     if first_start(context, setting) is None:
-        return _vacuous("no admissible start satisfies what is assumed")
+        return vacuous("no admissible start satisfies what is assumed")
     limit = setting.time_limit()
     if setting.goal.condition.op == "stuck":
         modes = range(len(context.automaton.modes))
@@ -264,7 +266,7 @@ def decide_can_reach(context: Context, setting: Setting, number: int, work: Work
         run = meeting_run(setting, setting.goal.condition, context.explorers, limit)
     text = "a run reaches it"
     if run is not None:
-        digest = context.hashes.part(_goal_hash(context, setting), "goal", "", "")
+        digest = context.hashes.part(goal_hash(context, setting), "goal", "", "")
         result = PartResult(number, "goal", "", "", text, Proved(), run)
         return Answer("proved", run_goal(run, digest), parts=[result], run=run)
     answer = decide_always(context, setting, number, work)

@@ -25,8 +25,6 @@ from haverify.text.record import field, holder
 METHOD = "clocked"
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact"})
 MISSING = {
-    "can_always": "`can always` needs a search over whole runs, which this version does not have",
-    "stl": "bounded STL needs monitoring over runs, which this version does not have",
     "cycle": "`cycle through` needs a return map, which this version does not have",
     "holds": "`holds` beside goals about runs; write two properties",
 }
@@ -130,6 +128,10 @@ def _decide(context: Context, claim: Claim, units: int) -> Evidence:
 
 
 def _goal(context: Context, setting: Setting, number: int, work: Work) -> Answer:
+    if setting.goal.kind in ("stl", "can_always"):
+        from haverify.analyses.signals import decide_signals
+
+        return decide_signals(context, setting, number, work)
     if any(n.op == "stuck" for n in nodes(setting.goal.condition)) and not _is_stuck_goal(setting):
         raise OutsideFragmentError("`stuck` inside a larger condition; `never stuck` and `can reach stuck` are decided")
     if setting.goal.kind == "always":

@@ -109,7 +109,7 @@ def _dwelling(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int,
     more = conjunction([setting.assumptions(scope), setting.timing() if cells.tracked else True])
     premise = conjunction([model.mode(index).domain, more])
     for i in members:
-        placement = _narrowed(place(model, cells.cells[i], None, setting.extra), more)
+        placement = narrowed(place(model, cells.cells[i], None, setting.extra), more)
         yield i, Question(body, premise, _more(more, cells.cells[i], model.params), placement)
 
 
@@ -128,7 +128,7 @@ def _landing(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int, 
     guard = edge.guard if not edge.urgent else True
     premise = conjunction([guard, model.mode(edge.source).domain, arrived, more])
     for i, out in found:
-        placement = _narrowed(place(model, cells.cells[i], out, setting.extra), more)
+        placement = narrowed(place(model, cells.cells[i], out, setting.extra), more)
         yield i, Question(body, premise, _more(more, cells.cells[i], model.params), placement)
 
 
@@ -140,7 +140,7 @@ def _more(more: Formula, cell: Cell, params: Mapping[str, tuple[Q, Q]]) -> bool:
     return not plain or any(not x.is_point for x in cell.entry.values())
 
 
-def _narrowed(placement: Placement, more: Formula) -> Placement:
+def narrowed(placement: Placement, more: Formula) -> Placement:
     """The params' box cut to what is assumed of each of them alone."""
     if more is True:
         return placement

@@ -1,0 +1,492 @@
+"""Bounded STL in three values: on every way through the cells for a proof, on one run for a refutation (S21).
+
+A place on a timeline is (dwell, x, side): just before (side 0) or after (1) the instant x of that dwell. Sets of
+instants are lists of disjoint [place, place) in order; a signal is (where it must hold, where it may hold).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
+
+from hacheck.cells import Box, Cells, empty, inside, meet
+from hacheck.expressions import EVENTS, Instant, nodes
+from hacheck.formula import Formula, disj, literal, replace
+from hacheck.obligations import Question, Setting
+from hacheck.polynomial import add, const, substitute, var
+from hacheck.rational import Beyond, Interval, Refused, number, spend
+from hacheck.replay import Walk
+
+Json = Any
+Place = tuple[int, Fraction, int]
+Set = list[tuple[Place, Place]]
+Signal = tuple[Set, Set]
+Read = Callable[[Json], Signal]
+ZERO = Fraction(0)
+TEMPORAL = {"globally": 3, "eventually": 3, "until": 4}
+
+
+class Dwell(NamedTuple):
+    """How long a dwell lasts, from `low` to `high`, and the clock when it begins."""
+
+    low: Fraction
+    high: Fraction
+    first: Fraction
+    last: Fraction
+
+
+class Timeline:
+    """Dwells one after the other, and operations on sets of their instants."""
+
+    def __init__(self, dwells: list[Dwell], rate: tuple[Fraction, Fraction]) -> None:
+        self.dwells, self.rate, self.end = dwells, rate, (len(dwells), ZERO, 0)
+        self.lows, self.highs = (
+            [ZERO, *accumulate(ends)] for ends in ([d.low for d in dwells], [d.high for d in dwells])
+        )
+        self.all: Set = [((0, ZERO, 0), self.end)]
+
+    def place(self, i: int, x: Fraction, side: int) -> Place:
+        """A place; behind the last instant of a dwell is before the first of the next."""
+        return (i, x, side) if (x, side) < (self.dwells[i].high, 1) else (i + 1, ZERO, 0)
+
+    def union(self, a: Set) -> Set:
+        """The union of intervals in any order."""
+        out: Set = []
+        spend(4 * len(a) + 1)
+        for low, high in sorted(x for x in a if x[0] < x[1]):
+            if out and low <= out[-1][1]:
+                out[-1] = (out[-1][0], max(out[-1][1], high))
+            else:
+                out.append((low, high))
+        return out
+
+    def rest(self, a: Set) -> Set:
+        """The complement."""
+        cuts = [(0, ZERO, 0), *(p for x in a for p in x), self.end]
+        return self.union(list(zip(cuts[::2], cuts[1::2], strict=True)))
+
+    def common(self, a: Set, b: Set) -> Set:
+        """The intersection."""
+        out, i, j = Set(), 0, 0
+        while i < len(a) and j < len(b):
+            spend(3)
+            low, high = max(a[i][0], b[j][0]), min(a[i][1], b[j][1])
+            out += [(low, high)] if low < high else []
+            i, j = (i + 1, j) if a[i][1] <= b[j][1] else (i, j + 1)
+        return out
+
+    def least(self, i: int, j: int) -> Fraction:
+        """The least time from the beginning of dwell i to that of j."""
+        return max(self.lows[j] - self.lows[i], self.dwells[j].first - self.dwells[i].last)
+
+    def most(self, i: int, j: int) -> Fraction:
+        """The greatest time from the beginning of dwell i to that of j."""
+        return min(self.highs[j] - self.highs[i], self.dwells[j].last - self.dwells[i].first)
+
+    def before(self, span: tuple[Place, Place], a: Fraction, b: Fraction, sure: bool) -> Iterator[tuple[Place, Place]]:
+        """Where some instant of a span lies in the window [a, b], surely or perhaps; none of them after the span."""
+        (j, x, side), (k, y, edge) = span
+        if (y, edge) == (ZERO, 0):
+            k, y, edge = k - 1, self.dwells[k - 1].high, 1
+        reached = (x, side) < (self.dwells[j].low, 1)  # the run surely gets to the span
+        ending = min((y, edge), (self.dwells[k].low, 1)) if sure else (y, edge)
+        for i in range(k, -1, -1):
+            spend(10)
+            low, high = (ZERO, 0), (self.dwells[i].high, 1)
+            if i < j and (x + self.least(i + 1, j), side) >= (b, 1):
+                return
+            if i <= j and not (sure and not reached):
+                low = x + (self.most if sure else self.least)(i, j) - b, side
+            elif i <= j:
+                low, high = (x, side), high if i == j else (ZERO, 0)
+            if not sure:
+                high = min(high, (y + self.most(i, k) - a, edge))
+            elif i == k:
+                high = min(high, (y, edge) if a == 0 else (ending[0] - a, ending[1]))
+            elif (ending[0] + self.least(i + 1, k), ending[1]) <= (a, 0):
+                high = min(high, (ending[0] + self.least(i, k) - a, ending[1]))
+            low = max(low, (ZERO, 0))
+            if low < high:
+                yield self.place(i, *low), self.place(i, *high)
+
+    def until(self, x: Signal, y: Signal, a: Fraction, b: Fraction) -> Signal:
+        """`x until[a, b] y`: what x is at the instant where y holds does not matter."""
+        out = []
+        for sure in (True, False):
+            from_, goals = (x[0], y[0]) if sure else (self.loose(x[1]), y[1])
+            low_rate, high_rate = self.rate[::-1] if sure else self.rate
+            found = list(goals) if a == 0 else []
+            for chain in from_:
+                low, (i, q, _) = chain
+                behind = self.place(i, q, 1) if i < len(self.dwells) else self.end
+                for goal in self.common(goals, [(low, behind)]):
+                    for span in [goal] if sure else self.pieces(goal):
+                        seen = self.union(list(self.before(span, a * low_rate, b * high_rate, sure)))
+                        found += self.common(seen, [chain])
+            out.append(self.union(found))
+        return out[0], out[1]
+
+    def pieces(self, span: tuple[Place, Place]) -> Set:
+        """A span cut where dwells meet."""
+        (j, _, _), (k, y, edge) = span
+        cuts = [span[0], *((i, ZERO, 0) for i in range(j + 1, k + ((y, edge) > (ZERO, 0)))), span[1]]
+        return list(pairwise(cuts))
+
+    def loose(self, a: Set) -> Set:
+        """A set and all instants that a run which leaves early does not have."""
+        return self.union(a + [(self.place(i, d.low, 1), (i + 1, ZERO, 0)) for i, d in enumerate(self.dwells)])
+
+    def value(self, e: Json, read: Read, time: Callable[[Json], Fraction]) -> Signal:
+        """Where a formula must and where it may hold."""
+        spend(10)
+        if not temporal(e):
+            return read(e)
+        if e[0] in TEMPORAL:
+            a, b = window(e, time)
+            x = self.value(e[3], read, time)
+            if e[0] == "until":
+                return self.until(x, self.value(e[4], read, time), a, b)
+            if e[0] == "eventually":
+                return self.until((self.all, self.all), x, a, b)
+            return self.neg(self.until((self.all, self.all), self.neg(x), a, b))
+        first, *others = (self.value(x, read, time) for x in e[1:])
+        if e[0] == "not":
+            return self.neg(first)
+        if e[0] == "implies":
+            first = self.neg(first)
+        join = self.common if e[0] == "and" else lambda s, t: self.union(s + t)
+        for other in others:
+            first = join(first[0], other[0]), join(first[1], other[1])
+        return first
+
+    def neg(self, x: Signal) -> Signal:
+        """`not`."""
+        return self.rest(x[1]), self.rest(x[0])
+
+
+def temporal(e: Json) -> bool:
+    """Does it speak of more than one instant?"""
+    return any(n[0] in TEMPORAL for n in nodes(e))
+
+
+def window(e: Json, time: Callable[[Json], Fraction]) -> tuple[Fraction, Fraction]:
+    """The window of a temporal operator."""
+    if len(e) != TEMPORAL[e[0]] + 1:
+        raise Refused(f"`{e[0]}` has a wrong number of operands")
+    a, b = time(e[1]), time(e[2])
+    if not 0 <= a <= b:
+        raise Beyond("a window without an instant, or one that looks back")
+    return a, b
+
+
+def horizon(e: Json, time: Callable[[Json], Fraction]) -> Fraction:
+    """How long after an instant a formula still looks."""
+    spend(5)
+    if not temporal(e):
+        return ZERO
+    if e[0] not in (*TEMPORAL, "and", "or", "not", "implies"):
+        raise Beyond(f"`{e[0]!s:.20}` around a temporal operator")
+    below = max(horizon(x, time) for x in e[3 if e[0] in TEMPORAL else 1 :])
+    return window(e, time)[1] + below if e[0] in TEMPORAL else below
+
+
+def atoms(e: Json) -> list[Json]:
+    """The largest subformulas without temporal operators, each once, from left to right."""
+    if not temporal(e):
+        return [e]
+    out: list[Json] = []
+    for x in e[3 if e[0] in TEMPORAL else 1 :]:
+        out += [a for a in atoms(x) if a not in out]
+    return out
+
+
+class Share(NamedTuple):
+    """A part of a dwell on which the certificate gives a truth."""
+
+    low: Fraction
+    start: int
+    high: Fraction
+    end: int
+    value: str
+    tree: Json
+
+    def weaken(self, f: Formula) -> Formula:
+        """True as well at ends that do not belong."""
+        ends = [(self.low, self.start == 1), (self.high, self.end == 0)] if self.low < self.high else []
+        return disj([f, *(literal("==", add(var("s"), const(-q))) for q, out in ends if out)])
+
+
+def shares(items: Json, length: Fraction) -> list[Share]:
+    """The parts of a dwell, which they must fill."""
+    out, at, side = list[Share](), ZERO, 0
+    for item in items:
+        high, end = number(item[0]), 1 if item[1] is True else 0
+        if (high, end) <= (at, side) or item[2] not in ("t", "f", "u"):
+            raise Refused("the parts of a dwell are not in order, or have no truth")
+        out.append(Share(at, side, high, end, item[2], item[3] if len(item) > 3 else None))
+        at, side = high, end
+    if (at, side) < (length, 1):
+        raise Refused("a truth is not given for the whole of a dwell")
+    return out
+
+
+class Signals:
+    """A goal about whole runs, as a formula that is to hold at the start of every run."""
+
+    def __init__(self, q: Question) -> None:
+        self.q, self.time = q, q._time
+        goal = q.goal["condition"]
+        if q.goal["kind"] == "can_always":
+            if q.claim["horizon"]["time"] is None:
+                raise Beyond("`can always` without a horizon")
+            goal = ["eventually", "0", q.claim["horizon"]["time"], ["not", goal]]
+        if any(n[0] == "stuck" for n in nodes(goal)):
+            raise Beyond("`stuck` in a formula over time")
+        self.goal, self.horizon, self.atoms = goal, horizon(goal, self.time), atoms(goal)
+
+    def signal(self, t: Timeline, found: list[list[Share]], landed: list[str | None]) -> Signal:
+        """Where an atom must and may hold: what its shares say, but after a jump what the landing says."""
+        must: Set = []
+        may: Set = []
+        for i, (parts, first) in enumerate(zip(found, landed, strict=True)):
+            for p in parts:
+                low = (p.low, p.start) if first is None else max((p.low, p.start), (ZERO, 1))
+                self._add(t, i, p.value, low, (p.high, p.end), must, may)
+            if first is not None:
+                self._add(t, i, first, (ZERO, 0), (ZERO, 1), must, may)
+        return t.union(must), t.union(may)
+
+    def _add(self, t: Timeline, i: int, value: str, low: Any, high: Any, must: Set, may: Set) -> None:
+        high = min(high, (t.dwells[i].high, 1))
+        if low < high and value != "f":
+            span = t.place(i, *low), t.place(i, *high)
+            may.append(span)
+            must += [span] if value == "t" else []
+
+
+class Ways(Signals):
+    """All ways of runs through cells, with the truths that a certificate gives for each cell."""
+
+    def __init__(self, q: Question, node: Json) -> None:
+        super().__init__(q)
+        given = node["cells"]
+        self.cells = q.setting.cells(given) if isinstance(given, str) else Cells(q.model, given)
+        c = self.cells
+        if not c.timed or c.jumps is not None or (c.time is not None and c.time <= self.horizon):
+            raise Refused("the cells do not track time, or end before the formula's horizon")
+        low, high = c.horizon(Fraction(1))
+        if low is None or high is None or len(node["atoms"]) != len(self.atoms):
+            raise Refused("the truths given are not those of the formula's atoms")
+        self.rate, self.reach, self.given = (low, high), self.horizon * high, node["atoms"]
+        self._stays: dict[tuple[int, int], list[Share]] = {}
+        self._landings: dict[tuple[int, int, int], str] = {}
+
+    def length(self, i: int) -> Fraction:
+        """How long a stay is looked at."""
+        dwell = self.cells.cells[i].stay[1]
+        return self.reach if dwell is None else dwell
+
+    def prove(self) -> None:
+        """The formula holds at the start of every way."""
+        scope = self.q.model.scope
+        pending: list[tuple[int, tuple[int, int] | None, list[Any]]] = []
+        for line in self.q.setting.a["init"]:
+            for mode in scope.modes:
+                box = self.cells._start(line, mode) if line["mode"] in (None, mode) else None
+                if box is not None and not any(empty(x) for x in box.values()):
+                    pending += [(i, None, []) for i in self.located(mode, box, (ZERO, ZERO))]
+        while pending:
+            spend(200)
+            i, entered, way = pending.pop()
+            if len(way) > 5000:
+                raise Beyond("a run with too many jumps")
+            cell, length = self.cells.cells[i], self.length(i)
+            assert cell.sigma is not None
+            low, high = cell.sigma
+            if low is None or high is None:
+                raise Refused("a cell is entered at no bounded time")
+            clock = low, high
+            if cell.stay[1] is None or high + length > self.horizon * self.rate[0]:
+                self._check([*way, (i, entered, Dwell(length, length, *clock))], False)
+            if self._may_end(i, low + length):
+                self._check([*way, (i, entered, Dwell(ZERO, length, *clock))], True)
+            for k in self.q.model.leaving[cell.mode]:
+                after, sigma, s = self.cells.outcome(i, k, cell.stay)
+                if after is None or s[0] is None or low + s[0] > self.reach:
+                    continue
+                stay = Dwell(s[0], max(s[0], length if s[1] is None else s[1]), *clock)
+                for j in self.located(self.q.setting.a["edges"][k]["target"], after, sigma):
+                    pending.append((j, (i, k), [*way, (i, entered, stay)]))
+
+    def _may_end(self, i: int, end: Fraction) -> bool:
+        """May a run be stuck in a cell, or have ended there in a state that is not followed?"""
+        cell = self.cells.cells[i]
+        if self.q.model.scope.modes[cell.mode]["terminal"]:
+            moving = any(self.q.model.flow(cell.mode)[1].values())
+            return moving or (cell.stay[1] is not None and end <= self.reach)
+        return not self.cells.never_stuck(i, self.horizon)
+
+    def located(self, mode: str, box: Box, sigma: Interval) -> list[int]:
+        """The one cell that contains a box, else all that touch it."""
+        members = [(j, self.cells.cells[j]) for j in self.cells.by_mode[mode]]
+        spend(len(members) * (len(box) + 1))
+        for j, c in members:
+            if inside(sigma, c.sigma or sigma) and all(inside(x, c.entry[v]) for v, x in box.items()):
+                return [j]
+        return [j for j, c in members if not empty(meet(sigma, c.sigma or sigma))
+                and not any(empty(meet(x, c.entry[v])) for v, x in box.items())]  # fmt: skip
+
+    def _check(self, way: list[Any], lost: bool) -> None:
+        dwells = [d for _, _, d in way]
+        if lost:
+            d = dwells[-1]
+            dwells.append(Dwell(self.reach + 1, self.reach + 1, d.first + d.low, d.last + d.high))
+        t = Timeline(dwells, self.rate)
+
+        def read(e: Json) -> Signal:
+            n = self.atoms.index(e)
+            found = [self.stays(n, i) for i, _, _ in way]
+            landed = [
+                None if entered is None or not eventful(e) else self.landing(n, *entered) for _, entered, _ in way
+            ]
+            if lost:
+                found.append([Share(ZERO, 0, self.reach + 1, 1, "u", None)])
+                landed.append(None)
+            return self.signal(t, found, landed)
+
+        must = t.value(self.goal, read, self.time)[0]
+        if not must or must[0][0] != (0, ZERO, 0):
+            raise Refused("a formula is not shown to hold at the start of every run")
+
+    def stays(self, n: int, i: int) -> list[Share]:
+        """The truth of an atom along a stay in a cell, each share with its proof."""
+        if (n, i) not in self._stays:
+            found = shares(self.given[n]["stays"][i], self.length(i))
+            at = self.q.model.scope.identity(self.cells.cells[i].mode)
+            for p in found:
+                if p.value != "u":
+                    f = p.weaken(self._claimed(at, self.atoms[n], p.value))
+                    self.q._tree(p.tree, f, self.cells.place(i, (p.low, p.high), {}))
+            self._stays[n, i] = found
+        return self._stays[n, i]
+
+    def _claimed(self, at: Instant, atom: Json, value: str, *excuses: Formula) -> Formula:
+        assumed = (at.formula(a, True) for a in self.q.assume)
+        return disj([at.formula(atom, value == "f"), at.outside, *excuses, *assumed])
+
+    def landing(self, n: int, i: int, k: int) -> str:
+        """The truth of an atom just after edge k is taken out of cell i."""
+        if (n, i, k) not in self._landings:
+            given = [x for x in self.given[n]["jumps"] if x[0] == i and x[1] == k][:1]
+            for _, _, value, tree in given:
+                edge, at = self.q.setting.a["edges"][k], self.q.model.landing(k)
+                after, _, s = self.cells.outcome(i, k, self.cells.cells[i].stay)
+                guard = self.q.model.guard(k, closed=edge["urgent"], outer=True)
+                f = self._claimed(at, self.atoms[n], value, guard, self.q.model.scope.identity(edge["source"]).outside)
+                sets = {r["var"] + "'": (after or {})[r["var"]] for r in edge["resets"] if "to" not in r}
+                self.q._tree(tree, f, self.cells.place(i, s, sets))
+                if value not in ("t", "f"):
+                    raise Refused("a truth after a jump is none")
+            self._landings[n, i, k] = given[0][2] if given else "u"
+        return self._landings[n, i, k]
+
+
+def eventful(e: Json) -> bool:
+    """Does it speak of a jump that has just been made?"""
+    return any(n[0] in EVENTS for n in nodes(e))
+
+
+class Single(Signals):
+    """One run, walked exactly."""
+
+    def refute(self, run: Json, given: Json) -> None:
+        """The formula does not hold at the start of the run."""
+        seen: list[tuple[Instant | None, Instant, Fraction, Fraction]] = []
+
+        def watch(at: Instant, dwell: Fraction, time: Fraction) -> None:
+            if at.edge is not None:
+                landed.append(at)
+            else:
+                seen.append((landed.pop() if landed else None, at, dwell, time))
+
+        landed: list[Instant] = []
+        walk = Walk(self.q.model, run, self.q.assume, watch)
+        dwells = [Dwell(d, d, time, time) for _, _, d, time in seen]
+        lost = walk.time <= self.horizon
+        if lost:
+            dwells.append(Dwell(self.horizon + 1, self.horizon + 1, walk.time, walk.time))
+        t = Timeline(dwells, (Fraction(1), Fraction(1)))
+        if len(given) != len(self.atoms) or any(len(x) != len(seen) for x in given):
+            raise Refused("the truths given are not those of the formula's atoms along the run")
+
+        def read(e: Json) -> Signal:
+            items = given[self.atoms.index(e)]
+            found = [self._along(walk, e, at, d, x) for (_, at, d, _), x in zip(seen, items, strict=True)]
+            at_once = [self._now(walk, e, x) if x is not None and eventful(e) else None for x, _, _, _ in seen]
+            if lost:
+                found.append([Share(ZERO, 0, self.horizon + 1, 1, "u", None)])
+                at_once.append(None)
+            return self.signal(t, found, at_once)
+
+        may = t.value(self.goal, read, self.time)[1]
+        if may and may[0][0] == (0, ZERO, 0):
+            raise Refused("a run is not shown to violate the formula")
+
+    def _along(self, walk: Walk, e: Json, at: Instant, dwell: Fraction, items: Json) -> list[Share]:
+        found = shares(items, dwell)
+        for p in found:
+            if p.value != "u":
+                f, later = p.weaken(at.formula(e, p.value == "f")), {"s": add(var("s"), const(p.low))}
+                f = replace(f, lambda op, x, v=later: literal(op, substitute(x, v, {})))  # type: ignore[misc]
+                if not walk.surely(f, p.high - p.low):
+                    raise Refused("a truth along a run is not the one given")
+        return found
+
+    def _now(self, walk: Walk, e: Json, at: Instant) -> str:
+        return "t" if walk.surely(at.formula(e)) else "f" if walk.surely(at.formula(e, True)) else "u"
+
+
+def narrowed(q: Question, place: Json, end: str, at: Json) -> Question:
+    """The question with the lower (`high` moved) or upper (`low`) part of a range alone."""
+    core, a, data = copy.copy(q.setting.core), dict(q.setting.a), dict(q.setting.core.data)
+    core.data = data
+    if place[0] == "param":
+        for holder in (data, a):
+            holder["params"] = [{**p, end: at} if p["name"] == place[1] else p for p in holder["params"]]
+    elif place[0] == "start" and type(place[1]) is int and 0 <= place[1] < len(a["init"]):
+        bound = ["<=" if end == "high" else ">=", ["var", place[2]], at]
+        a["init"] = [
+            {**x, "where": ["and", x["where"], bound]} if n == place[1] else x for n, x in enumerate(a["init"])
+        ]
+    else:
+        raise Refused("a range is split that there is not")
+    return Question(Setting(core, a, q.model.scope.rounding, q.setting.load), q.claim, q.goal)
+
+
+def follow(q: Question, tree: Json, depth: int = 0) -> None:
+    """Every share of the ranges is shown."""
+    if isinstance(tree, list) and len(tree) == 5 and tree[0] == "split" and depth < 60:
+        number(tree[2])
+        follow(narrowed(q, tree[1], "high", tree[2]), tree[3], depth + 1)
+        follow(narrowed(q, tree[1], "low", tree[2]), tree[4], depth + 1)
+    elif isinstance(tree, dict):
+        Ways(q, tree).prove()
+    else:
+        raise Refused("a tree of shares is malformed")
+
+
+def established(q: Question, entry: Json) -> str:
+    """`proved` or `refuted`: what an entry shows of a goal about whole runs; Refused where it shows nothing."""
+    if "run" in entry:
+        Single(q).refute(entry["run"], entry["atoms"])
+        shown = "refuted"
+    else:
+        q.setting.start(entry["start"], q.assume)
+        follow(q, entry["tree"])
+        shown = "proved"
+    if q.goal["kind"] == "can_always":
+        return "refuted" if shown == "proved" else "proved"
+    return shown

@@ -1,0 +1,93 @@
+"""The structure of a bounded STL formula: what it says of instants, how far it looks, its value on a timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from haverify.analyses.signals_value import Signal, Timeline, Window, both, denied, either, eventually, globally, until
+from haverify.model.expression import Expr, nodes
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import record
+
+Q = Fraction
+TEMPORAL = frozenset({"globally", "eventually", "until"})
+JUNCTIONS = frozenset({"and", "or", "not", "implies"})
+Lookup = Callable[[int, bool], Signal]  # an atom, and whether a greater value of it makes the whole truer
+
+
+def is_temporal(e: Expr) -> bool:
+    """Whether it speaks of more than one instant."""
+    return any(n.op in TEMPORAL for n in nodes(e))
+
+
+def atoms_of(e: Expr) -> tuple[Expr, ...]:
+    """The largest subformulas without temporal operators, each once, from left to right."""
+    if not is_temporal(e):
+        return (e,)
+    if e.op not in TEMPORAL | JUNCTIONS:
+        raise OutsideFragmentError(f"`{e.op}` around a temporal operator; `and`, `or`, `not` and `implies` may be")
+    found = e.children[2:] if e.op in TEMPORAL else e.children
+    return tuple(dict.fromkeys(a for c in found for a in atoms_of(c)))
+
+
+@record
+class Formula:
+    """A formula with its atoms and the numbers its windows stand for."""
+
+    whole: Expr
+    atoms: tuple[Expr, ...]
+    number: Callable[[Expr], Q]
+
+    def horizon(self, e: Expr | None = None) -> Q:
+        """How long after an instant the formula still looks, in s."""
+        e = self.whole if e is None else e
+        if e.op in TEMPORAL:
+            return self.ends(e)[1] + max(self.horizon(c) for c in e.children[2:])
+        return max((self.horizon(c) for c in e.children), default=Q(0)) if is_temporal(e) else Q(0)
+
+    def ends(self, e: Expr) -> tuple[Q, Q]:
+        """The window of a temporal operator."""
+        low, high = self.number(e.children[0]), self.number(e.children[1])
+        if low < 0 or high < low:
+            raise OutsideFragmentError(f"the window [{low} s, {high} s] of `{e.op}` has no instant, or looks back")
+        return low, high
+
+    def value(self, t: Timeline, rate: tuple[Q, Q], atom: Lookup) -> Signal:
+        """Where it holds on a timeline whose clock runs at a rate between these bounds."""
+
+        def window(e: Expr) -> Window:
+            a, b = self.ends(e)
+            return Window((a * rate[0], a * rate[1]), (b * rate[0], b * rate[1]))
+
+        def of(e: Expr, up: bool) -> Signal:
+            if not is_temporal(e):
+                return atom(self.atoms.index(e), up)
+            if e.op == "not":
+                return denied(t, of(e.children[0], not up))
+            if e.op == "implies":
+                return either(denied(t, of(e.children[0], not up)), of(e.children[1], up))
+            if e.op == "globally":
+                return globally(t, of(e.children[2], up), window(e))
+            if e.op == "eventually":
+                return eventually(t, of(e.children[2], up), window(e))
+            if e.op == "until":
+                return until(t, of(e.children[2], up), of(e.children[3], up), window(e))
+            found = of(e.children[0], up)
+            for c in e.children[1:]:
+                found = (both if e.op == "and" else either)(found, of(c, up))
+            return found
+
+        return of(self.whole, True)
+
+
+def formula_of(e: Expr, number: Callable[[Expr], Q]) -> Formula:
+    """The formula, taken apart; its windows are looked at at once.
+
+    Raises
+    ------
+    OutsideFragmentError    where a temporal operator stands inside a comparison, or a window looks back
+    """
+    made = Formula(e, atoms_of(e), number)
+    made.horizon()
+    return made
