@@ -7,6 +7,7 @@ from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
+from haverify.diagnostics.diagnostic import Label, Severity
 from haverify.elaborate.attributes import allowances
 from haverify.elaborate.automaton import Machine, declare_member, elaborate_automaton
 from haverify.elaborate.context import Context, Lost
@@ -199,6 +200,8 @@ def _enter_enum(file: FileScope, decl: t.EnumDecl) -> None:
     name = file.entries.name_of(decl.name)
     enum = _integers(ctx, name, decl) if decl.low is not None else _named(ctx, name, decl)
     symbol = Symbol("enum", name, decl.span, type=name, payload=enum)
+    if len(enum.values) < len(decl.values) and any(_codes(decl, v) for v in enum.values):
+        symbol.state, ctx.has_losses = "lost", True
     if not ctx.define(file.env.scope.names, decl.name, symbol, "enum"):
         return
     ctx.enums[name] = enum
@@ -209,10 +212,22 @@ def _enter_enum(file: FileScope, decl: t.EnumDecl) -> None:
 def _named(ctx: Context, name: str, decl: t.EnumDecl) -> EnumType:
     seen: dict[str, t.EnumValue] = {}
     for value in decl.values:
-        if value.name in seen:
+        first = seen.setdefault(value.name, value)
+        if first is value:
+            continue
+        if named := _codes(decl, value.name):  # a name for two codes says nothing about either
+            labels = (Label(first.span, "first named here"),)
+            told = f"{decl.name}: '{value.name}' names {' and '.join(named)}"
+            ctx.report("HA506", told, value.span, labels=labels, severity=Severity.ERROR)
+        else:
             ctx.report("HA004", f"value '{value.name}' of {decl.name} is defined twice", value.span)
-        seen.setdefault(value.name, value)
     return EnumType(name, tuple(seen), tuple(v.code for v in seen.values()), None, None, decl.span)
+
+
+def _codes(decl: t.EnumDecl, value: str) -> list[str]:
+    """The codes that a value is given, where these are two or more."""
+    found = dict.fromkeys(v.code for v in decl.values if v.name == value and v.code is not None)
+    return list(found) if len(found) > 1 else []
 
 
 def _integers(ctx: Context, name: str, decl: t.EnumDecl) -> EnumType:
