@@ -1,6 +1,7 @@
-"""What the Rust kernel offers; `maths/interval.py` is its only caller."""
+"""What the Rust kernel offers; `maths/interval.py` and `solvers/kernel.py` are its only callers."""
 
 Pair = tuple[float, float]
+Listing = tuple[list[tuple[str, int, int]], list[Pair], list[int]]
 
 class Fault(ArithmeticError):
     """Why an operation has no enclosure to give."""
@@ -13,3 +14,12 @@ def interval(low: float, high: float) -> Pair: ...
 def enclose(numerator: int, denominator: int) -> Pair: ...
 def width(x: Pair) -> float: ...
 def midpoint(x: Pair) -> float: ...
+def flowpipe(
+    field: Listing,
+    start: list[Pair],
+    horizon: Pair,
+    watched: Listing,
+    limits: list[Pair],
+    order_degree_steps_depth: tuple[int, int, int, int],
+    tolerance_first_longest_least: tuple[float, float, float, float],
+) -> tuple[list[tuple[Pair, float, list[Pair], list[Pair]]], str, list[Pair]]: ...

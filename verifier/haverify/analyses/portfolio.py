@@ -17,7 +17,7 @@ from haverify.evidence.certificate import certificate
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
-from haverify.model.expression import nodes
+from haverify.model.expression import Expr, nodes
 from haverify.model.spec import Spec
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder
@@ -89,7 +89,20 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     try:
         return _decide(context, claim, units)
     except OutsideFragmentError as e:
-        return Evidence(Unknown("fragment", str(e)), (), METHOD)
+        return _by_flowpipe(context, claim, str(e))
+
+
+def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
+    """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
+    if all(line.rate.op == "num" for m in context.automaton.modes for line in m.flow if isinstance(line.rate, Expr)):
+        return Evidence(Unknown("fragment", reason), (), METHOD)
+    from haverify.analyses.taylor_reach import METHOD as TAYLOR
+    from haverify.analyses.taylor_reach import decide_flow
+
+    try:
+        return decide_flow(context.spec, context.automaton, claim, context.core)
+    except OutsideFragmentError as e:
+        return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 
 
 def _missing(spec: Spec, claim: Claim) -> str | None:

@@ -19,6 +19,8 @@ pub enum Fault {
     Exponent,
     /// The name of a function or operation is not known.
     Unknown,
+    /// No step of the least length could be validated.
+    Step,
     /// Rounding is not to nearest, or subnormal numbers are flushed to zero.
     Environment,
 }
@@ -33,6 +35,7 @@ impl fmt::Display for Fault {
             Fault::Domain => "the argument may leave the domain of the function",
             Fault::Exponent => "the exponent does not fit 32 bits",
             Fault::Unknown => "the kernel has no operation of this name",
+            Fault::Step => "no step of the least length could be validated",
             Fault::Environment => {
                 "the floating-point unit does not round to nearest, or flushes small numbers to zero: \
                  another library of the process changed its settings"

@@ -37,6 +37,33 @@ impl Interval {
         }
     }
 
+    pub const ZERO: Interval = Interval { low: 0.0, high: 0.0 };
+
+    /// The one float, if it is finite.
+    pub fn exactly(x: f64) -> Enclosure {
+        Interval::new(x, x)
+    }
+
+    /// One float more on each side.
+    pub fn widened(self) -> Enclosure {
+        Interval::new(self.low.next_down(), self.high.next_up())
+    }
+
+    /// All numbers of at most this magnitude.
+    pub fn symmetric(radius: f64) -> Enclosure {
+        Interval::new(-radius, radius)
+    }
+
+    /// The greatest magnitude.
+    pub fn norm(self) -> f64 {
+        self.low.abs().max(self.high.abs())
+    }
+
+    /// Whether every number of the other lies strictly between the ends.
+    pub fn holds_inside(self, other: Interval) -> bool {
+        self.low < other.low && other.high < self.high
+    }
+
     pub fn low(self) -> f64 {
         self.low
     }

@@ -11,9 +11,15 @@ compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64
 
 pub mod elementary;
 pub mod environment;
+pub mod errors;
 pub mod fault;
+pub mod flowpipe;
+
 pub mod interval;
+pub mod matrix;
+pub mod models;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
 pub mod rounding;
+pub mod series;

@@ -2,8 +2,10 @@
 
 use crate::environment::guarded;
 use crate::fault::Fault as Why;
+use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::interval::{Enclosure, Interval};
 use crate::ratio;
+use crate::series::{Op, Tape};
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
 use pyo3::create_exception;
@@ -55,6 +57,53 @@ fn binary_operation(name: &str) -> Result<fn(Interval, Interval) -> Enclosure, W
     })
 }
 
+/// A tape as Python gives it: operations by name with operands, constants by position, outputs.
+type Listing = (Vec<(String, usize, usize)>, Vec<Pair>, Vec<usize>);
+
+fn tape(listing: &Listing, variables: usize) -> Result<Tape, Why> {
+    let (listed, constants, outputs) = listing;
+    let mut ops = Vec::with_capacity(listed.len());
+    for (name, a, b) in listed {
+        ops.push(match name.as_str() {
+            "constant" => {
+                let (low, high) = *constants.get(*a).ok_or(Why::Unknown)?;
+                Op::Constant(Interval::new(low, high)?)
+            }
+            "variable" => Op::Variable(*a),
+            "add" => Op::Add(*a, *b),
+            "sub" => Op::Sub(*a, *b),
+            "mul" => Op::Mul(*a, *b),
+            "div" => Op::Div(*a, *b),
+            "neg" => Op::Neg(*a),
+            "sqrt" => Op::Sqrt(*a),
+            "exp" => Op::Exp(*a),
+            "log" => Op::Log(*a),
+            "sin" => Op::Sin(*a),
+            "cos" => Op::Cos(*a),
+            _ => return Err(Why::Unknown),
+        });
+    }
+    Tape::validated(ops, outputs.clone(), variables)
+}
+
+/// A tape for each output, with its limits.
+fn one_by_one(tape: &Tape, limits: &[Interval]) -> Vec<(Tape, Interval)> {
+    let single =
+        |(&output, &limits): (&usize, &Interval)| (Tape { ops: tape.ops.clone(), outputs: vec![output] }, limits);
+    tape.outputs.iter().zip(limits).map(single).collect()
+}
+
+fn pairs(found: &[Interval]) -> Vec<Pair> {
+    found.iter().map(|x| (x.low(), x.high())).collect()
+}
+
+fn intervals(given: &[Pair]) -> Result<Vec<Interval>, Why> {
+    given.iter().map(|&(low, high)| Interval::new(low, high)).collect()
+}
+
+/// A segment as Python gets it: where it starts, its length, the states, the watched quantities.
+type Row = (Pair, f64, Vec<Pair>, Vec<Pair>);
+
 #[pymodule]
 mod _kernel {
     use super::*;
@@ -91,6 +140,42 @@ mod _kernel {
     #[pyfunction]
     fn enclose(numerator: BigInt, denominator: BigInt) -> PyResult<Pair> {
         pair(|| ratio::enclose(&numerator, &denominator))
+    }
+
+    /// Steps, how it ended (empty: at the horizon), and the states at the horizon (empty if it did not come there).
+    #[pyfunction]
+    #[allow(clippy::too_many_arguments)]
+    fn flowpipe(
+        py: Python<'_>,
+        field: Listing,
+        start: Vec<Pair>,
+        horizon: Pair,
+        watched: Listing,
+        limits: Vec<Pair>,
+        order_degree_steps_depth: (usize, usize, usize, u32),
+        tolerance_first_longest_least: (f64, f64, f64, f64),
+    ) -> PyResult<(Vec<Row>, String, Vec<Pair>)> {
+        let (order, degree, steps, depth) = order_degree_steps_depth;
+        let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
+        let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth };
+        let analysis = || -> Result<Pipe, Why> {
+            let field = tape(&field, start.len())?;
+            let watch = one_by_one(&tape(&watched, start.len())?, &intervals(&limits)?);
+            let horizon = Interval::new(horizon.0, horizon.1)?;
+            flow(&field, &intervals(&start)?, horizon, &watch, &settings)
+        };
+        let pipe = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        let rows = pipe
+            .segments
+            .iter()
+            .map(|s| ((s.from.low(), s.from.high()), s.step, pairs(&s.states), pairs(&s.watched)))
+            .collect();
+        let end = match pipe.end {
+            End::Horizon => String::new(),
+            End::Steps => "the steps allowed were used up".to_owned(),
+            End::Stopped(why) => why.to_string(),
+        };
+        Ok((rows, end, pipe.last.as_deref().map(pairs).unwrap_or_default()))
     }
 
     #[pyfunction]

@@ -1,0 +1,371 @@
+"""Claims about a flow, by validated flowpipes (Taylor models; docs/core.md section on flowpipes).
+
+`always P` and `can reach P`, each within a time. A flowpipe encloses every run from a box: what holds along it holds on
+every run. Where it does not, the box is split. One start whose own flowpipe certainly violates `P` for a while refutes.
+Nothing is decided by a sampled run: the run that refutes is enclosed. Trust: `enclosed`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import product
+from math import floor
+from typing import Any
+
+from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
+from haverify.evidence.certificate import certificate, run_json
+from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.run import Run
+from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
+from haverify.maths.interval import Interval
+from haverify.model.claim import Claim, Goal
+from haverify.model.expression import Expr
+from haverify.model.hybrid import HybridAutomaton
+from haverify.model.spec import Spec
+from haverify.obligations.obligation import hashes
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
+from haverify.text.record import holder, record
+
+Q = Fraction
+Json = Any
+METHOD = "taylor-reach"
+PIECES = 512  # boxes looked at for one claim, at most
+STEPS = 2000
+INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
+LOOKS = 64  # a step is at most this part of the horizon, so that what is watched is seen that closely
+UNLIMITED = (-1e300, 1e300)
+
+
+@record
+class Asked:
+    """What has to hold at all instants from `first` to `last`, and what makes runs and starts admissible.
+
+    Beyond `window`, the declared ranges, nothing is followed (LANGUAGE S4); outside `domain` there is no run; `start`
+    is what an init line says beyond the boxes.
+    """
+
+    claim: Condition
+    window: Condition
+    domain: Condition
+    start: Condition
+    first: Q
+    last: Q
+
+
+@holder
+class Question:
+    """A goal on a flow, compiled: the field, and the quantities of the four conditions in their order."""
+
+    model: FlowModel
+    asked: Asked
+    field: Listing
+    watched: Listing
+    atoms: list[Atom]
+    limits: list[Pair]
+    pieces: int = 0
+    reached: Q | None = None
+
+
+def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
+    """What flowpipes show of a claim on an automaton that follows one flow.
+
+    Raises
+    ------
+    OutsideFragmentError    if the automaton or the claim is not of that kind
+    """
+    model = flow_model(spec, automaton, [g.condition for g in claim.goals])
+    if claim.inductive or claim.using:
+        raise OutsideFragmentError("invariants of flows need a proof of induction, which this version does not have")
+    goals = [_decide(model, claim, goal) for goal in claim.goals]
+    verdict = _combined([g[0] for g in goals])
+    parts = tuple(PartResult(i, "flow", model.mode.name, "", t, v, r) for i, (v, _, r, t) in enumerate(goals))
+    if isinstance(verdict, Unknown):
+        return Evidence(verdict, parts, METHOD)
+    known = hashes(spec, automaton, core)
+    entries = []
+    for goal, (_, entry, _, _) in zip(claim.goals, goals, strict=True):
+        digest = known.part(known.goal(claim, goal), "flow", model.mode.name, "")
+        entries.append({**entry, "hash": digest} if entry else {})
+    word = "proved" if isinstance(verdict, Proved) else "refuted"
+    run = next((r for v, _, r, _ in goals if r is not None), None)
+    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run)
+
+
+def _combined(verdicts: Sequence[Verdict]) -> Verdict:
+    for kind in (Refuted, Unknown):
+        found = next((v for v in verdicts if isinstance(v, kind)), None)
+        if found is not None:
+            return found
+    margins = [v.margin for v in verdicts if isinstance(v, Proved) and v.margin is not None]
+    return Proved(min(margins, key=lambda m: m.low, default=None))
+
+
+def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
+    """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words."""
+    question = _question(model, claim, goal)
+    is_reach = goal.kind == "can_reach"
+    has_start, run = _violating(question)
+    if run is not None:
+        text = "a run reaches it" if is_reach else "violated"
+        return (Proved() if is_reach else Refuted(), {"kind": "flow_run", "run": run_json(run)}, run, text)
+    if not has_start:
+        return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
+    proof = _proved(question)
+    if proof is None:
+        return _undecided(question), {}, None, ""
+    entry = {"kind": "flowpipe", "pieces": len(proof)}
+    if is_reach:
+        return Refuted(), entry, None, "never reached"
+    return Proved(_margin(question, proof)), entry, None, "holds along every flowpipe"
+
+
+def _undecided(question: Question) -> Unknown:
+    at = question.reached
+    reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
+    reason = f"{question.pieces} flowpipes did not show it, and no run that violates it was found"
+    return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
+
+
+def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
+    asked = _asked(model, claim, goal)
+    variables = {n: i for i, n in enumerate(model.names)}
+    flow = Tape(variables, model.definitions)
+    rates = [flow.add(r) for r in model.rates]
+    watch = Tape(variables, model.definitions)
+    atoms = [a for c in (asked.claim, asked.window, asked.domain, asked.start) for a in _atoms(c)]
+    outputs = [watch.add(a.quantity) for a in atoms]
+    limits = _limits(asked.claim)
+    limits += [UNLIMITED] * (len(atoms) - len(limits))
+    return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
+
+
+def _asked(model: FlowModel, claim: Claim, goal: Goal) -> Asked:
+    """The goal as a condition on a window of instants; `can reach` as its denial.
+
+    Raises
+    ------
+    OutsideFragmentError    if the goal is of another kind, or has no horizon
+    """
+    if goal.kind not in ("always", "can_reach"):
+        raise OutsideFragmentError(f"`{goal.kind.replace('_', ' ')}` about a flow that is not clock-driven")
+    if claim.assume or model.spec.assumptions:
+        raise OutsideFragmentError("assumptions beside a flow that is not clock-driven")
+    ends = [model.values.number(e) for e in (claim.time, goal.within) if e is not None]
+    first = Q(0)
+    if goal.window is not None:
+        first = max(first, model.values.number(goal.window[0]))
+        ends.append(model.values.number(goal.window[1]))
+    if not ends:
+        raise OutsideFragmentError("a flow without a horizon; add `within T`")
+    if min(ends) < first:
+        raise OutsideFragmentError("the window holds no instant")
+    e = goal.condition if goal.kind == "always" else Expr("not", (goal.condition,))
+    start = Every(tuple(model.condition(r) for r in model.rest))
+    window, domain = Every(tuple(_windows(model))), model.condition(model.mode.domain)
+    return Asked(model.condition(e), window, domain, start, first, min(ends))
+
+
+def _windows(model: FlowModel) -> Iterator[Condition]:
+    """The declared ranges of the variables, as bounds."""
+    for v in model.automaton.vars:
+        if v.range is not None:
+            low, high = (Expr("num", (q,)) for q in model.values.interval(v.range))
+            yield Atom(Expr("-", (Expr("var", (v.name,)), low)), ">=")
+            yield Atom(Expr("-", (Expr("var", (v.name,)), high)), "<=")
+
+
+def _atoms(c: Condition) -> Iterator[Atom]:
+    if isinstance(c, Atom):
+        yield c
+    elif not isinstance(c, bool):
+        for member in c.members:
+            yield from _atoms(member)
+
+
+def _limits(c: Condition) -> list[Pair]:
+    """Where a quantity needs no closer look: inside its bound."""
+    wanted = {"<": (-1e300, 0.0), "<=": (-1e300, 0.0), ">": (0.0, 1e300), ">=": (0.0, 1e300)}
+    return [wanted.get(a.op, UNLIMITED) for a in _atoms(c)]
+
+
+def _truth(c: Condition, watched: Iterator[Pair]) -> bool | None:
+    """Whether a condition holds for all values in the ranges (True), for none (False), or neither (None)."""
+    if isinstance(c, bool):
+        return c
+    if isinstance(c, Atom):
+        return _holds(c.op, *next(watched))
+    found = [_truth(m, watched) for m in c.members]
+    decisive = not isinstance(c, Every)
+    if decisive in found:
+        return decisive
+    return None if None in found else not decisive
+
+
+def _holds(op: str, low: float, high: float) -> bool | None:
+    if op in (">", ">=", "!="):
+        swapped = {">": "<=", ">=": "<", "!=": "=="}[op]
+        inner = _holds(swapped, low, high)
+        return None if inner is None else not inner
+    if op == "==":
+        return True if low == high == 0 else False if low > 0 or high < 0 else None
+    if op == "<":
+        return True if high < 0 else False if low >= 0 else None
+    return True if high <= 0 else False if low > 0 else None
+
+
+def _pipe(question: Question, box: Box, settings: Settings) -> Pipe:
+    horizon = Interval.at(max(question.asked.last, INSTANT))
+    started = [_pair(low, high) for low, high in box]
+    return flowpipe(question.field, started, horizon, question.watched, question.limits, settings)
+
+
+def _pair(low: Q, high: Q) -> Pair:
+    x = Interval.between(low, high)
+    return x.low, x.high
+
+
+def _settings(question: Question, box: Box, is_point: bool) -> Settings:
+    """Few variables can afford a high degree; the error aimed at follows the size of the state."""
+    wide = sum(low < high for low, high in box)
+    degree = 1 if is_point else 5 if wide <= 2 else 3 if wide <= 4 else 2
+    size = max([float(abs(end)) for ends in box for end in ends], default=1.0) or 1.0
+    horizon = float(max(question.asked.last, INSTANT))
+    tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
+    return Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-7, STEPS, 4)
+
+
+def _truths(question: Question, s: Segment) -> tuple[bool | None, bool | None, bool | None, bool | None]:
+    """Claim, window, domain and start condition at the instants of a step."""
+    watched = iter(s.watched)
+    asked = question.asked
+    claim = _truth(asked.claim, watched)
+    window = _truth(asked.window, watched)
+    return claim, window, _truth(asked.domain, watched), _truth(asked.start, watched)
+
+
+def _open(question: Question, pipe: Pipe) -> Segment | None:
+    """The first step at whose instants it is not shown that the claim holds and the window is kept."""
+    for s in pipe.segments:
+        claim, window, _, _ = _truths(question, s)
+        is_asked = s.end >= question.asked.first and s.start[0] <= question.asked.last
+        if window is not True or (is_asked and claim is not True):
+            return s
+    return None
+
+
+def _proved(question: Question) -> list[Pipe] | None:
+    """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed."""
+    waiting = list(question.model.boxes)
+    found: list[Pipe] = []
+    while waiting:
+        box = waiting.pop()
+        if question.pieces >= PIECES:
+            return None
+        question.pieces += 1
+        pipe = _pipe(question, box, _settings(question, box, is_point=False))
+        undecided = _open(question, pipe)
+        if undecided is None and not pipe.trouble:
+            found.append(pipe)
+            continue
+        _note(question, pipe, undecided)
+        halves = _halved(box)
+        if halves is None:
+            return None
+        waiting += halves
+    return found
+
+
+def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
+    """How far it was shown: the least over the pieces that are open now."""
+    end = undecided.start[0] if undecided is not None else pipe.segments[-1].end if pipe.segments else 0.0
+    question.reached = Q(end)
+
+
+def _halved(box: Box) -> list[Box] | None:
+    """The box cut in two across its widest side; None if it is a point."""
+    widths = [high - low for low, high in box]
+    v = max(range(len(box)), key=lambda i: widths[i] / (1 + abs(box[i][0] + box[i][1]) / 2))
+    if widths[v] == 0:
+        return None
+    low, high = box[v]
+    middle = (low + high) / 2
+    return [(*box[:v], (middle, high), *box[v + 1 :]), (*box[:v], (low, middle), *box[v + 1 :])]
+
+
+def _violating(question: Question) -> tuple[bool, Run | None]:
+    """Whether a start is certainly admissible; a run that certainly violates the claim, from a middle or a corner."""
+    has_start = False
+    for box in question.model.boxes:
+        for point in _points(box):
+            is_admissible, at = _violated_at(question, point)
+            has_start = has_start or is_admissible
+            if at is not None:
+                return True, _run(question.model, point, at)
+    return has_start, None
+
+
+def _points(box: Box) -> Iterator[tuple[Q, ...]]:
+    yield tuple((low + high) / 2 for low, high in box)
+    wide = [ends if ends[0] < ends[1] else ends[:1] for ends in box]
+    if sum(len(w) > 1 for w in wide) <= 4:
+        yield from product(*wide)
+
+
+def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None]:
+    """Whether a start is certainly admissible, and an instant at which its run certainly violates the claim."""
+    box = tuple((q, q) for q in point)
+    pipe = _pipe(question, box, _settings(question, box, is_point=True))
+    first, last = question.asked.first, question.asked.last
+    for number, s in enumerate(pipe.segments):
+        claim, window, domain, start = _truths(question, s)
+        if window is not True or domain is not True or (number == 0 and start is not True):
+            return number > 0, None
+        low, high = max(Q(s.start[1]), first), min(Q(s.start[0]) + Q(s.length), last)
+        if low <= high and claim is False:
+            return True, _simplest(low, high)
+    return bool(pipe.segments), None
+
+
+def _simplest(low: Q, high: Q) -> Q:
+    """The number of fewest decimal places between two."""
+    places = 0
+    while True:
+        scale = 10**places
+        candidate = Q(-((-low * scale) // 1), scale)
+        if candidate <= high:
+            return candidate
+        places += 1
+
+
+def _run(model: FlowModel, point: Sequence[Q], at: Q) -> Run:
+    count = len(model.automaton.vars)
+    values = tuple(zip(model.names[:count], point[:count], strict=True))
+    pairs = zip(model.names[count:], point[count:], strict=True)
+    params = tuple((n, q) for n, q in pairs if n != "time")
+    return Run(model.mode.name, values, params, (), at)
+
+
+def _margin(question: Question, proof: Sequence[Pipe]) -> Margin | None:
+    """For one bound: at least how far the flowpipes stay from it, and how near one run comes."""
+    if not isinstance(question.asked.claim, Atom) or question.asked.claim.op in ("==", "!="):
+        return None
+    atom = question.asked.claim
+    unit = atom.quantity.children[0].unit if atom.quantity.op == "-" else None
+    if unit is None:
+        return None
+    point = next(_points(question.model.boxes[0]))
+    run = _pipe(question, tuple((q, q) for q in point), _settings(question, tuple((q, q) for q in point), is_point=True))
+    is_above = atom.op in (">", ">=")
+    low, at = min(_distances(question, proof, is_above, 0 if is_above else 1))
+    high, _ = min(_distances(question, [run], is_above, 1 if is_above else 0))
+    return Margin(low, max(low, high), str(unit), f"t = {at:.6g} s")
+
+
+def _distances(question: Question, pipes: Sequence[Pipe], is_above: bool, end: int) -> Iterator[tuple[Q, float]]:
+    """For each step that the claim speaks of, an end of the watched range as a distance to the bound."""
+    for s in (s for pipe in pipes for s in pipe.segments):
+        if s.end >= question.asked.first and s.start[0] <= question.asked.last:
+            value = Q(s.watched[0][end])
+            yield (value if is_above else -value), s.start[0]

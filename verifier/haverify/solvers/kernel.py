@@ -1,0 +1,206 @@
+"""Expressions as tapes of the kernel, and flowpipes of the field that a tape describes.
+
+Constants enter as enclosures of their exact values. What the kernel has no operation for is outside the fragment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+from haverify import _kernel
+from haverify.maths.interval import Interval
+from haverify.model.expression import Expr
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import field, holder, record
+
+Operation = tuple[str, int, int]
+Pair = tuple[float, float]
+Listing = tuple[list[Operation], list[Pair], list[int]]
+
+_PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
+_FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
+_HIGHEST_POWER = 64
+
+
+@holder
+class Tape:
+    """Operations over numbered variables; equal subexpressions are one operation.
+
+    `variables` gives `var`, `param` and `time` nodes their numbers (by name, `time` for the last), `definitions` what
+    `let` and `const` nodes stand for.
+    """
+
+    variables: Mapping[str, int]
+    definitions: Mapping[tuple[str, str], Expr]
+    operations: list[Operation] = field(default_factory=list)
+    constants: list[Pair] = field(default_factory=list)
+    _known: dict[Operation | Expr, int] = field(default_factory=dict)
+
+    def listing(self, outputs: Sequence[int]) -> Listing:
+        """The tape as the kernel takes it."""
+        return self.operations, self.constants, list(outputs)
+
+    def add(self, e: Expr) -> int:
+        """The position of an expression's value."""
+        if e not in self._known:
+            self._known[e] = self._added(e)
+        return self._known[e]
+
+    def _added(self, e: Expr) -> int:
+        if e.op in ("var", "param"):
+            return self._variable(e.name, f"`{e.name}`")
+        if e.op == "time":
+            return self._variable("time", "`time`")
+        if e.op in ("let", "const"):
+            definition = self.definitions.get((e.op, e.name))
+            if definition is None:
+                raise OutsideFragmentError(f"`{e.name}` is no single number")
+            return self.add(definition)
+        if e.op in ("num", "pi"):
+            return self._constant(_exact(e))
+        return self._operation(e)
+
+    def _operation(self, e: Expr) -> int:
+        if e.op == "scale":
+            q, k, inner = e.args
+            return self._push("mul", self._constant(_scale(q, k)), self.add(_expression(inner)))
+        if e.op == "^":
+            return self._power(e)
+        if e.op in _PLAIN:
+            return self._chain(_PLAIN[e.op], [self.add(c) for c in e.children])
+        if e.op in _FUNCTIONS:
+            return self._push(_FUNCTIONS[e.op], self.add(e.children[0]), 0)
+        if e.op in ("sin", "cos", "tan"):
+            return self._wave(e)
+        raise OutsideFragmentError(f"`{e.op}` in a flow or in a claim about one")
+
+    def _chain(self, name: str, operands: list[int]) -> int:
+        result = operands[0]
+        for operand in operands[1:]:
+            result = self._push(name, result, operand)
+        return result
+
+    def _power(self, e: Expr) -> int:
+        base, exponent = e.children
+        if exponent.op != "num" or Fraction(str(exponent.args[0])).denominator != 1:
+            raise OutsideFragmentError("a power whose exponent is no integer")
+        n = int(Fraction(str(exponent.args[0])))
+        if abs(n) > _HIGHEST_POWER:
+            raise OutsideFragmentError(f"a power above {_HIGHEST_POWER}")
+        if n == 0:
+            return self._constant(Interval.at(1))
+        result = self._repeated(self.add(base), abs(n))
+        return result if n > 0 else self._push("div", self._constant(Interval.at(1)), result)
+
+    def _repeated(self, base: int, n: int) -> int:
+        """A power by squaring, so that even powers are squares."""
+        if n == 1:
+            return base
+        half = self._repeated(base, n // 2)
+        square = self._push("mul", half, half)
+        return square if n % 2 == 0 else self._push("mul", square, base)
+
+    def _wave(self, e: Expr) -> int:
+        argument = self.add(e.children[0])
+        sine = self._known.get(("sin", argument, 0))
+        if sine is None:
+            sine = self._push("sin", argument, 0)
+            self._push("cos", argument, 0)
+        if e.op == "tan":
+            return self._push("div", sine, sine + 1)
+        return sine if e.op == "sin" else sine + 1
+
+    def _variable(self, name: str, shown: str) -> int:
+        if name not in self.variables:
+            raise OutsideFragmentError(f"{shown} is no real variable of the flow")
+        return self._push("variable", self.variables[name], 0)
+
+    def _constant(self, value: Interval) -> int:
+        pair = (value.low, value.high)
+        if pair not in self.constants:
+            self.constants.append(pair)
+        return self._push("constant", self.constants.index(pair), 0)
+
+    def _push(self, name: str, a: int, b: int) -> int:
+        operation = (name, a, b)
+        if operation not in self._known:
+            self._known[operation] = len(self.operations)
+            self.operations.append(operation)
+        return self._known[operation]
+
+
+def _expression(a: object) -> Expr:
+    assert isinstance(a, Expr), "the last argument of a scale is an expression"
+    return a
+
+
+def _exact(e: Expr) -> Interval:
+    if e.op == "pi":
+        return _pi()
+    return Interval.at(Fraction(str(e.args[0])))
+
+
+def _pi() -> Interval:
+    return Interval.at(1).atan() * 4
+
+
+def _scale(q: object, k: object) -> Interval:
+    return Interval.at(Fraction(str(q))) * _pi() ** int(str(k))
+
+
+@record
+class Segment:
+    """One step of a flowpipe: the instants from `start` on for `length`, all states, the watched quantities."""
+
+    start: Pair
+    length: float
+    states: list[Pair]
+    watched: list[Pair]
+
+    @property
+    def end(self) -> float:
+        """No instant of the step is after it."""
+        return (Interval(*self.start) + self.length).high
+
+
+@record
+class Pipe:
+    """A flowpipe: its steps, why it ended before the horizon (empty if it did not), the states at the horizon."""
+
+    segments: list[Segment]
+    trouble: str
+    last: list[Pair]
+
+
+@record
+class Settings:
+    """How finely to compute: orders in time and in the set, error aimed at, lengths and number of steps."""
+
+    order: int
+    degree: int
+    tolerance: float
+    first: float
+    longest: float
+    least: float
+    steps: int
+    depth: int
+
+
+def flowpipe(
+    flow: Listing, box: Sequence[Pair], horizon: Interval, watched: Listing, limits: Sequence[Pair], settings: Settings
+) -> Pipe:
+    """The flowpipe of `x' = f(x)` from a box until a horizon, with the ranges of watched quantities along it.
+
+    Raises
+    ------
+    Fault               if the floating-point unit does not round to nearest, or the call is malformed
+
+    Soundness           every solution from the box lies in `states` of each step at its instants
+    """
+    s = settings
+    rows, trouble, last = _kernel.flowpipe(
+        flow, list(box), (horizon.low, horizon.high), watched, list(limits), (s.order, s.degree, s.steps, s.depth),
+        (s.tolerance, s.first, s.longest, s.least),
+    )  # fmt: skip
+    return Pipe([Segment(*row) for row in rows], trouble, last)

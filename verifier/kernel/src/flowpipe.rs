@@ -1,0 +1,398 @@
+//! Validated flowpipes of `x' = f(x)`: Taylor series in time over Taylor models of the initial set.
+//!
+//! Between steps the set is `{ p(z) + e : z in [-1, 1]^n, e in the errors at z }`. One step of length `h`:
+//! 1. `x_0 .. x_k`, the series in time from `p(z)`, as Taylor models in `z`;
+//! 2. an a-priori tube: for each `z`, a box `p(z) + M` that no solution from the set leaves before `h`. The series,
+//!    Lagrange's term over the tube and the moved errors must end up strictly inside `M`: then no first exit exists;
+//! 3. the series at `h` becomes the next `p`; all its error, moved errors included, the next errors.
+//!
+//! Soundness: solutions from `p(z) + e` and from `p(z)` differ by `V e`, `V' = Df(x) V` for some `x` in the tube at
+//! `z`, because that tube is convex and holds both. A series of `V` in `h` has coefficients that are polynomials of
+//! the field's derivatives at the start, and for its last term at some state of the tube.
+
+use crate::errors::Errors;
+use crate::fault::Fault;
+use crate::interval::{Enclosure, Interval};
+use crate::matrix::Matrix;
+use crate::models::{Model, Space};
+use crate::series::{jacobian, solution, values, variations, Ring, Tape};
+use std::ops::{Add, Mul};
+
+/// How finely to compute; none of it decides whether a result is true.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Of the series in time.
+    pub order: usize,
+    /// Of the polynomials in the set variables.
+    pub degree: usize,
+    /// The last term of the series to aim at, in the units of the state.
+    pub tolerance: f64,
+    pub first_step: f64,
+    pub longest_step: f64,
+    pub least_step: f64,
+    pub steps: usize,
+    /// How often a step is halved where a watched quantity leaves its limits.
+    pub depth: u32,
+}
+
+/// One step: instants, the box of all states in it, ranges of the watched quantities.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    pub from: Interval,
+    pub step: f64,
+    pub states: Vec<Interval>,
+    pub watched: Vec<Interval>,
+}
+
+/// How a flowpipe ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    Horizon,
+    Steps,
+    Stopped(Fault),
+}
+
+/// The steps, how it ended, and the states at the horizon if it came there.
+#[derive(Debug, Clone)]
+pub struct Pipe {
+    pub segments: Vec<Segment>,
+    pub end: End,
+    pub last: Option<Vec<Interval>>,
+}
+
+/// What to watch: tapes over the state, each with the range in which nothing needs a closer look.
+pub type Watch<'a> = &'a [(Tape, Interval)];
+
+/// The order to which the transition of errors over a step is expanded, and its degree in the set variables.
+const VARIATION: usize = 4;
+const LINEAR: usize = 1;
+/// How often an a-priori tube is tried for one length of step.
+const ATTEMPTS: usize = 4;
+
+/// What holds during a whole step: the last coefficient of the series, the slopes of the field, all states.
+struct Tube {
+    lagrange: Vec<Interval>,
+    slopes: Matrix,
+    states: Vec<Model>,
+}
+
+/// One validated step: the series at its start, what holds during it, how errors move to its end.
+struct Step {
+    h: f64,
+    series: Vec<Vec<Model>>,
+    tube: Tube,
+    transition: Vec<Vec<Model>>,
+}
+
+struct Flow<'a> {
+    field: &'a Tape,
+    settings: &'a Settings,
+    space: Space,
+    /// The space of what errors and tubes need.
+    linear: Space,
+    centre: Vec<Model>,
+    errors: Errors,
+}
+
+/// Follow the box `start` until the latest instant of `horizon`, or as far as it goes.
+pub fn flowpipe(
+    field: &Tape,
+    start: &[Interval],
+    horizon: Interval,
+    watch: Watch,
+    settings: &Settings,
+) -> Result<Pipe, Fault> {
+    let mut flow = Flow::new(field, start, settings)?;
+    let mut pipe = Pipe { segments: Vec::new(), end: End::Steps, last: None };
+    let (mut time, mut h) = (Interval::ZERO, settings.first_step.min(settings.longest_step));
+    while pipe.segments.len() < settings.steps {
+        let left = horizon.high() - time.low();
+        if left <= 0.0 {
+            pipe.end = End::Horizon;
+            break;
+        }
+        match flow.advance(time, horizon, if h < left { h } else { left.next_up() }, watch, &mut pipe) {
+            Ok((after, next)) => (time, h) = (after, next),
+            Err(fault) => {
+                pipe.end = End::Stopped(fault);
+                break;
+            }
+        }
+    }
+    Ok(pipe)
+}
+
+impl<'a> Flow<'a> {
+    fn new(field: &'a Tape, start: &[Interval], settings: &'a Settings) -> Result<Flow<'a>, Fault> {
+        let wide: Vec<usize> = (0..start.len()).filter(|&v| start[v].low() < start[v].high()).collect();
+        let (space, linear) = (Space::new(wide.len(), settings.degree), Space::new(wide.len(), LINEAR));
+        let (mut centre, mut radii) = (Vec::new(), Vec::new());
+        for (v, x) in start.iter().enumerate() {
+            let middle = x.midpoint();
+            let half = (x.high() - middle).max(middle - x.low()).next_up();
+            let model = match wide.iter().position(|&w| w == v) {
+                Some(z) => space.variable(z, middle, half),
+                None => space.number(middle),
+            };
+            radii.push(model.radius);
+            centre.push(space.polynomial(&model));
+        }
+        let errors = Errors::of_box(&linear, &radii);
+        Ok(Flow { field, settings, space, linear, centre, errors })
+    }
+
+    /// Take one step of at most `wanted` and record it; the instant after it and the length to try next.
+    fn advance(
+        &mut self,
+        time: Interval,
+        horizon: Interval,
+        wanted: f64,
+        watch: Watch,
+        pipe: &mut Pipe,
+    ) -> Result<(Interval, f64), Fault> {
+        let (step, next) = self.step(wanted)?;
+        let taken = Interval::new(0.0, step.h)?;
+        let watched = watch.iter().map(|(tape, limits)| self.watched(&step, tape, *limits, taken, self.settings.depth));
+        let watched = watched.collect::<Result<_, _>>()?;
+        let states = ranges(&self.linear, &step.tube.states)?;
+        pipe.segments.push(Segment { from: time, step: step.h, states, watched });
+        let after = time.add(Interval::exactly(step.h)?)?;
+        if after.high() >= horizon.low() {
+            let first = (horizon.low() - time.high()).next_down().max(0.0).min(step.h);
+            pipe.last = Some(ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?);
+        }
+        self.land(&step)?;
+        Ok((after, next))
+    }
+
+    /// A step of at most `wanted`, and the length to try next.
+    fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
+        let Settings { order, tolerance, .. } = *self.settings;
+        // What is left before the horizon may be shorter than any step should be.
+        let least_step = self.settings.least_step.min(wanted);
+        let series = solution(&self.space, self.field, &self.centre, order)?;
+        let known: Vec<Vec<Interval>> = series.iter().map(|s| ranges(&self.space, s)).collect::<Result<_, _>>()?;
+        let mut h = wanted;
+        while h >= least_step {
+            let Ok(tube) = self.tube(&known, h) else {
+                h *= 0.5;
+                continue;
+            };
+            let last = tube.lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
+            let factor = 0.9 * (tolerance / last).powf(1.0 / (order + 1) as f64);
+            if factor < 0.6 && h > 2.0 * least_step {
+                h *= factor.max(0.2);
+                continue;
+            }
+            let transition = self.transition(&tube, h)?;
+            return Ok((Step { h, series, tube, transition }, (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step)));
+        }
+        Err(Fault::Step)
+    }
+
+    /// A tube that no solution from the set leaves before `h`.
+    fn tube(&self, series: &[Vec<Interval>], h: f64) -> Result<Tube, Fault> {
+        let order = self.settings.order;
+        let span = Interval::new(0.0, h)?;
+        let power = span.powi(order as i32 + 1)?;
+        let errors = self.errors.radii(series.len());
+        let motion: Vec<Interval> =
+            series.iter().map(|r| horner(&r[1..], span)?.mul(span)).collect::<Result<_, _>>()?;
+        let guess = motion.iter().zip(&errors).map(|(m, e)| inflated(m.add(Interval::symmetric(2.0 * e)?)?, 0.01));
+        let mut added: Vec<Interval> = guess.collect::<Result<_, _>>()?;
+        for _ in 0..ATTEMPTS {
+            let states = self.around(&added)?;
+            let tail = solution(&self.linear, self.field, &states, order + 1)?;
+            let lagrange: Vec<Interval> =
+                tail.iter().map(|s| self.linear.range(&s[order + 1])).collect::<Result<_, _>>()?;
+            let slopes = self.range_of(&jacobian(&self.linear, self.field, &states)?)?;
+            let moved = slopes.transition(span)?.bounds(&errors);
+            let mut landed = Vec::with_capacity(motion.len());
+            for v in 0..motion.len() {
+                landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
+            }
+            if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
+                return Ok(Tube { lagrange, slopes, states: self.around(&landed)? });
+            }
+            let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
+            added = wider.collect::<Result<_, _>>()?;
+        }
+        Err(Fault::Step)
+    }
+
+    /// The set at the start of the step without its errors, of low degree, a box added to each of its points.
+    fn around(&self, added: &[Interval]) -> Result<Vec<Model>, Fault> {
+        let low = |(m, x): (&Model, &Interval)| self.linear.shifted(&self.space.lowered(m, &self.linear)?, *x);
+        self.centre.iter().zip(added).map(low).collect()
+    }
+
+    fn range_of(&self, m: &[Vec<Model>]) -> Result<Matrix, Fault> {
+        Matrix::from_fn(m.len(), |i, j| self.linear.range(&m[i][j]))
+    }
+
+    /// How errors at the start of a step move to its end: the series of the transition, whose last term is taken over
+    /// the tube; where it is wider than what the slopes alone give, that.
+    fn transition(&self, tube: &Tube, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
+        let n = self.centre.len();
+        let step = Interval::exactly(h)?;
+        let radii = self.errors.radii(n);
+        let errors: Vec<Interval> = radii.iter().map(|&r| Interval::symmetric(r)).collect::<Result<_, _>>()?;
+        let first = variations(&self.linear, self.field, &self.around(&errors)?, VARIATION)?;
+        let last = self.range_of(&variations(&self.linear, self.field, &tube.states, VARIATION + 1)?[VARIATION + 1])?;
+        let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
+        let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
+        let coarse = tube.slopes.transition(step)?;
+        let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
+        let entry = |i: usize, j: usize| {
+            let fine = self.linear.combination(first.iter().map(|m| &m[i][j]), &powers)?;
+            let fine = self.linear.shifted(&fine, rest.entry(i, j)?)?;
+            let is_wider = self.linear.range(&fine)?.width()? > coarse.width(i, j);
+            Ok(if is_wider { self.linear.constant(coarse.entry(i, j)?) } else { fine })
+        };
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    }
+
+    /// The states at instants `t` of the step, as Taylor models with all errors in their radius.
+    fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
+        let order = self.settings.order;
+        let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
+        let last = t.powi(order as i32 + 1)?;
+        let along = step.tube.slopes.transition(t.hull(Interval::ZERO)?)?;
+        let moved = along.bounds(&self.errors.radii(self.centre.len()));
+        let state = |v: usize| {
+            let model = self.space.combination(&step.series[v], &powers)?;
+            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(moved[v])?)?)
+        };
+        (0..step.series.len()).map(state).collect()
+    }
+
+    /// The range of a watched quantity during a part of a step; a closer look is taken where it leaves its limits.
+    fn watched(&self, step: &Step, tape: &Tape, limits: Interval, t: Interval, depth: u32) -> Enclosure {
+        let whole = self.space.range(&values(&self.space, tape, &self.states(step, t)?)?[0])?;
+        if depth == 0 || (limits.low() <= whole.low() && whole.high() <= limits.high()) {
+            return Ok(whole);
+        }
+        let middle = t.midpoint();
+        let first = self.watched(step, tape, limits, Interval::new(t.low(), middle)?, depth - 1)?;
+        first.hull(self.watched(step, tape, limits, Interval::new(middle, t.high())?, depth - 1)?)
+    }
+
+    /// Move the set to the end of the step.
+    fn land(&mut self, step: &Step) -> Result<(), Fault> {
+        let order = self.settings.order;
+        let h = Interval::exactly(step.h)?;
+        let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;
+        let last = h.powi(order as i32 + 1)?;
+        let (mut centre, mut radii) = (Vec::new(), Vec::new());
+        for (series, lagrange) in step.series.iter().zip(&step.tube.lagrange) {
+            let model = self.space.combination(series, &powers)?;
+            let model = self.space.shifted(&model, last.mul(*lagrange)?)?;
+            radii.push(model.radius);
+            centre.push(self.space.polynomial(&model));
+        }
+        self.errors = self.errors.moved(&self.linear, &step.transition, &radii)?;
+        self.centre = centre;
+        Ok(())
+    }
+}
+
+fn ranges(space: &Space, models: &[Model]) -> Result<Vec<Interval>, Fault> {
+    models.iter().map(|m| space.range(m)).collect()
+}
+
+/// The value of a polynomial with interval coefficients.
+fn horner(coefficients: &[Interval], t: Interval) -> Enclosure {
+    coefficients.iter().rev().try_fold(Interval::ZERO, |sum, c| sum.mul(t)?.add(*c))
+}
+
+/// The interval, widened on each side by a share of its width and a little more.
+fn inflated(x: Interval, share: f64) -> Enclosure {
+    let extra = x.width()? * share + x.norm() * 1e-12 + 1e-30;
+    x.add(Interval::symmetric(extra)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::series::Op;
+
+    fn interval(low: f64, high: f64) -> Interval {
+        Interval::new(low, high).expect("ends in order")
+    }
+
+    fn settings(degree: usize) -> Settings {
+        Settings { order: 8, degree, tolerance: 1e-8, first_step: 0.05, longest_step: 1.0, least_step: 1e-9, steps: 2000, depth: 3 }
+    }
+
+    fn follow(ops: Vec<Op>, outputs: Vec<usize>, start: &[Interval], horizon: f64, degree: usize) -> Pipe {
+        let field = Tape::validated(ops, outputs, start.len()).expect("a tape");
+        let horizon = Interval::exactly(horizon).expect("finite");
+        flowpipe(&field, start, horizon, &[], &settings(degree)).expect("a flowpipe")
+    }
+
+    fn assert_around(found: Interval, low: f64, high: f64, slack: f64) {
+        assert!(found.low() <= low && high <= found.high(), "{found:?} does not hold [{low}, {high}]");
+        assert!(low - found.low() <= slack && found.high() - high <= slack, "{found:?} is far from [{low}, {high}]");
+    }
+
+    #[test]
+    fn decay_keeps_the_ends_of_its_box() {
+        let pipe = follow(vec![Op::Variable(0), Op::Neg(0)], vec![1], &[interval(1.0, 2.0)], 3.0, 1);
+        assert_eq!(pipe.end, End::Horizon);
+        assert_around(pipe.last.expect("it arrives")[0], (-3.0f64).exp(), 2.0 * (-3.0f64).exp(), 1e-6);
+    }
+
+    #[test]
+    fn a_full_turn_of_an_oscillator_comes_back() {
+        let ops = vec![Op::Variable(0), Op::Variable(1), Op::Neg(0)];
+        let start = [interval(0.9, 1.1), interval(-0.1, 0.1)];
+        let pipe = follow(ops, vec![1, 2], &start, std::f64::consts::TAU, 1);
+        let last = pipe.last.expect("it arrives");
+        assert_around(last[0], 0.9 + 1e-12, 1.1 - 1e-12, 1e-5);
+        assert_around(last[1], -0.1 + 1e-12, 0.1 - 1e-12, 1e-5);
+    }
+
+    #[test]
+    fn states_during_a_step_are_inside_its_box() {
+        let square = vec![Op::Variable(0), Op::Mul(0, 0)];
+        let pipe = follow(square, vec![1], &[interval(0.4, 0.5)], 1.0, 3);
+        for s in &pipe.segments {
+            for part in 0..=4 {
+                let t = (s.from.low() + s.step * f64::from(part) / 4.0).min(1.0);
+                for x in [0.4, 0.45, 0.5] {
+                    assert!(s.states[0].contains(x / (1.0 - x * t)), "t {t}, x {x}: {:?}", s.states[0]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn finite_escape_is_reported_where_it_happens() {
+        let square = vec![Op::Variable(0), Op::Mul(0, 0)];
+        let pipe = follow(square, vec![1], &[interval(1.0, 1.0)], 2.0, 1);
+        assert_ne!(pipe.end, End::Horizon);
+        let reached = pipe.segments.last().expect("some steps").from.low();
+        assert!(0.9 < reached && reached < 1.0);
+        assert!(pipe.last.is_none());
+    }
+
+    #[test]
+    fn a_field_that_is_undefined_at_the_start_has_no_step() {
+        let ops = vec![Op::Variable(0), Op::Constant(interval(1.0, 1.0)), Op::Div(1, 0)];
+        let pipe = follow(ops, vec![2], &[interval(-1.0, 1.0)], 1.0, 2);
+        assert!(matches!(pipe.end, End::Stopped(_)) && pipe.segments.is_empty());
+    }
+
+    #[test]
+    fn what_is_watched_is_looked_at_closely_near_its_limit() {
+        let field = Tape::validated(vec![Op::Variable(0), Op::Neg(0)], vec![1], 1).expect("a tape");
+        let watch = Tape::validated(vec![Op::Variable(0)], vec![0], 1).expect("a tape");
+        let greatest = |limit: f64| {
+            let watched = [(watch.clone(), interval(-1e9, limit))];
+            let pipe =
+                flowpipe(&field, &[interval(1.0, 2.0)], interval(1.0, 1.0), &watched, &settings(1)).expect("a pipe");
+            pipe.segments.iter().map(|s| s.watched[0].high()).fold(f64::MIN, f64::max)
+        };
+        assert!(greatest(2.0) <= greatest(1e9) && greatest(2.0) >= 2.0);
+    }
+}

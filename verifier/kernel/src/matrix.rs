@@ -1,0 +1,269 @@
+//! Square matrices of balls (a float and a radius): products, near-orthogonal inverses, transitions of linear equations.
+//!
+//! A matrix stands for all matrices entry by entry within the radius of the middle. Sums of products are rounded to
+//! nearest; `UNIT` times their magnitudes, counted generously, goes to the radius (S. Rump, Verification methods, 2010).
+
+use crate::fault::Fault;
+use crate::interval::Interval;
+use crate::models::{raised, UNIT};
+
+#[derive(Debug, Clone)]
+pub struct Matrix {
+    n: usize,
+    middle: Vec<f64>,
+    radius: Vec<f64>,
+}
+
+impl Matrix {
+    /// The matrix of the entries `f(i, j)`, enclosed.
+    pub fn from_fn(n: usize, mut f: impl FnMut(usize, usize) -> Result<Interval, Fault>) -> Result<Matrix, Fault> {
+        let mut m = Matrix { n, middle: Vec::with_capacity(n * n), radius: Vec::with_capacity(n * n) };
+        for i in 0..n {
+            for j in 0..n {
+                let x = f(i, j)?;
+                let (middle, radius) = ball(x);
+                m.middle.push(middle);
+                m.radius.push(radius);
+            }
+        }
+        Ok(m)
+    }
+
+    /// Columns that are floats.
+    fn of_columns(columns: &[Vec<f64>]) -> Matrix {
+        let n = columns.len();
+        let middle = (0..n * n).map(|at| columns[at % n][at / n]).collect();
+        Matrix { n, middle, radius: vec![0.0; n * n] }
+    }
+
+    pub fn identity(n: usize) -> Matrix {
+        let middle = (0..n * n).map(|at| f64::from(u8::from(at / n == at % n))).collect();
+        Matrix { n, middle, radius: vec![0.0; n * n] }
+    }
+
+    fn transposed(&self) -> Matrix {
+        let n = self.n;
+        let turn = |m: &[f64]| (0..n * n).map(|at| m[(at % n) * n + at / n]).collect();
+        Matrix { n, middle: turn(&self.middle), radius: turn(&self.radius) }
+    }
+
+    pub fn entry(&self, i: usize, j: usize) -> Result<Interval, Fault> {
+        let (m, r) = (self.middle[i * self.n + j], self.radius[i * self.n + j]);
+        if r == 0.0 {
+            return Interval::exactly(m);
+        }
+        Interval::new((m - r).next_down(), (m + r).next_up())
+    }
+
+    /// The width of an entry, rounded up.
+    pub fn width(&self, i: usize, j: usize) -> f64 {
+        raised(2.0 * self.radius[i * self.n + j])
+    }
+
+    pub fn product(&self, other: &Matrix) -> Matrix {
+        let n = self.n;
+        let mut out = Matrix { n, middle: vec![0.0; n * n], radius: vec![0.0; n * n] };
+        let mut mass = vec![0.0; n];
+        for i in 0..n {
+            let row = i * n..(i + 1) * n;
+            mass.fill(0.0);
+            for k in 0..n {
+                let (a, r) = (self.middle[i * n + k], self.radius[i * n + k]);
+                if a == 0.0 && r == 0.0 {
+                    continue;
+                }
+                let (size, below) = (a.abs(), k * n..(k + 1) * n);
+                let sums = out.middle[row.clone()].iter_mut().zip(&mut out.radius[row.clone()]).zip(&mut mass);
+                let factors = other.middle[below.clone()].iter().zip(&other.radius[below]);
+                for (((middle, radius), mass), (b, s)) in sums.zip(factors) {
+                    *middle += a * b;
+                    *mass += size * b.abs();
+                    *radius += (size + r) * s + r * b.abs();
+                }
+            }
+            for (radius, mass) in out.radius[row].iter_mut().zip(&mass) {
+                *radius = raised(*radius + UNIT * (n + 3) as f64 * mass);
+            }
+        }
+        out
+    }
+
+    /// Add `factor` times another matrix.
+    fn add_scaled(&mut self, other: &Matrix, factor: Interval) {
+        let (by, spread) = ball(factor);
+        for at in 0..self.middle.len() {
+            let (m, r) = (other.middle[at], other.radius[at]);
+            let term = by * m;
+            self.middle[at] += term;
+            let rounding = UNIT * 3.0 * (self.middle[at].abs() + term.abs());
+            self.radius[at] = raised(self.radius[at] + (by.abs() + spread) * r + spread * m.abs() + rounding);
+        }
+    }
+
+    pub fn scaled(&self, factor: Interval) -> Matrix {
+        let mut out = Matrix { n: self.n, middle: vec![0.0; self.n * self.n], radius: vec![0.0; self.n * self.n] };
+        out.add_scaled(self, factor);
+        out
+    }
+
+    /// The greatest row sum of magnitudes, rounded up.
+    fn norm(&self) -> f64 {
+        let magnitude = |at: usize| self.middle[at].abs() + self.radius[at];
+        let row = |i: usize| (0..self.n).map(|j| magnitude(i * self.n + j)).sum::<f64>();
+        raised((0..self.n).map(row).fold(0.0, f64::max))
+    }
+
+    /// Radii that bound, entry by entry, the product with vectors whose entries are at most these.
+    pub fn bounds(&self, radii: &[f64]) -> Vec<f64> {
+        let row = |i: usize| {
+            (0..self.n).map(|j| (self.middle[i * self.n + j].abs() + self.radius[i * self.n + j]) * radii[j]).sum()
+        };
+        (0..self.n).map(|i| raised(row(i))).collect()
+    }
+
+    /// The product with a vector of balls: middles and radii.
+    pub fn apply(&self, middles: &[f64], radii: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut out, mut bounds) = (Vec::with_capacity(self.n), Vec::with_capacity(self.n));
+        for i in 0..self.n {
+            let (mut sum, mut mass, mut radius) = (0.0, 0.0, 0.0);
+            for j in 0..self.n {
+                let (a, r) = (self.middle[i * self.n + j], self.radius[i * self.n + j]);
+                sum += a * middles[j];
+                mass += (a * middles[j]).abs();
+                radius += (a.abs() + r) * radii[j] + r * middles[j].abs();
+            }
+            out.push(sum);
+            bounds.push(raised(radius + UNIT * (self.n + 3) as f64 * mass));
+        }
+        (out, bounds)
+    }
+
+    /// The matrices `V(t)` with `V' = A(t) V`, `V(0) = I`, for any `A(t)` in this one and `t` in the span, which starts
+    /// at zero or is a point: the Peano-Baker series.
+    pub fn transition(&self, span: Interval) -> Result<Matrix, Fault> {
+        const TERMS: u32 = 6;
+        let mut result = Matrix::identity(self.n);
+        let mut power = result.clone();
+        let mut factor = Interval::exactly(1.0)?;
+        for k in 1..=TERMS {
+            power = self.product(&power);
+            factor = std::ops::Mul::mul(factor, span)?;
+            factor = std::ops::Div::div(factor, Interval::exactly(f64::from(k))?)?;
+            result.add_scaled(&power, factor);
+        }
+        // The rest of the series: its terms shrink at least like powers of `g`.
+        let g = raised(self.norm() * span.norm() / f64::from(TERMS + 1));
+        let rest = raised(2.0 * g * power.norm() * factor.norm());
+        if g < 0.5 && rest.is_finite() {
+            result.radius.iter_mut().for_each(|r| *r = raised(*r + rest));
+            Ok(result)
+        } else {
+            Err(Fault::Overflow)
+        }
+    }
+}
+
+/// A float of an interval and the radius around it that covers the interval.
+fn ball(x: Interval) -> (f64, f64) {
+    let middle = x.midpoint();
+    let radius = (x.high() - middle).max(middle - x.low());
+    (middle, if radius == 0.0 { 0.0 } else { raised(radius) })
+}
+
+/// Axes that are nearly orthogonal, the first along the first of the vectors, and an enclosure of the inverse of the
+/// matrix that has them as columns; `None` if they are not orthogonal enough.
+///
+/// With `D = I - Q'Q` and `|D| < 1` in the maximum norm, the inverse is `(I + D + D^2 + ...) Q'`, which differs from
+/// `Q'` by a matrix whose entries are at most `|D| / (1 - |D|)` times the greatest magnitude of an entry of `Q'`.
+pub fn axes(vectors: &[Vec<f64>], n: usize) -> Option<(Vec<Vec<f64>>, Matrix)> {
+    let columns = orthogonal(vectors, n);
+    let q = Matrix::of_columns(&columns);
+    let mut inverse = q.transposed();
+    let mut defect = inverse.product(&q).scaled(Interval::exactly(-1.0).ok()?);
+    defect.add_scaled(&Matrix::identity(n), Interval::exactly(1.0).ok()?);
+    let size = defect.norm();
+    if size.is_nan() || size > 1e-3 {
+        return None;
+    }
+    // Entries of Q' are at most 1 + |D| in magnitude.
+    inverse.radius.iter_mut().for_each(|r| *r = raised(*r + 2.1 * size));
+    Some((columns, inverse))
+}
+
+/// An orthonormal basis, up to rounding, that follows the given vectors, the earlier the better.
+fn orthogonal(vectors: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
+    let units: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for candidate in vectors.iter().chain(&units) {
+        if basis.len() == n {
+            break;
+        }
+        let mut rest = candidate.clone();
+        for _ in 0..2 {
+            for b in &basis {
+                let along: f64 = rest.iter().zip(b).map(|(x, y)| x * y).sum();
+                rest.iter_mut().zip(b).for_each(|(x, y)| *x -= along * y);
+            }
+        }
+        let (before, after) = (length(candidate), length(&rest));
+        if after > 1e-2 * before && after.is_normal() {
+            basis.push(rest.iter().map(|x| x / after).collect());
+        }
+    }
+    basis
+}
+
+fn length(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(rows: &[[f64; 2]; 2], radius: f64) -> Matrix {
+        let entry = |i: usize, j: usize| Interval::new(rows[i][j] - radius, rows[i][j] + radius);
+        Matrix::from_fn(2, entry).expect("finite")
+    }
+
+    fn assert_holds(m: &Matrix, rows: &[[f64; 2]; 2], width: f64) {
+        for (i, row) in rows.iter().enumerate() {
+            for (j, &x) in row.iter().enumerate() {
+                let found = m.entry(i, j).expect("finite");
+                assert!(found.contains(x), "{found:?} {x}");
+                assert!(found.width().expect("finite") <= width);
+            }
+        }
+    }
+
+    #[test]
+    fn products_hold_those_of_all_members() {
+        let (a, b) = ([[1.0, 2.0], [3.0, -4.0]], [[0.5, 0.0], [-1.0, 2.0]]);
+        let found = matrix(&a, 0.1).product(&matrix(&b, 0.1));
+        assert_holds(&found, &[[-1.5, 4.0], [5.5, -8.0]], 2.0);
+        assert_holds(&found, &[[1.1 * 0.6 - 1.9 * 0.9, 1.1 * 0.1 + 1.9 * 2.1], [5.5, -8.0]], 2.0);
+    }
+
+    #[test]
+    fn the_transition_of_a_rotation_is_a_rotation() {
+        let m = matrix(&[[0.0, 1.0], [-1.0, 0.0]], 0.0).transition(Interval::exactly(0.3).expect("finite"));
+        let (c, s) = (0.3f64.cos(), 0.3f64.sin());
+        assert_holds(&m.expect("short"), &[[c, s], [-s, c]], 1e-6);
+        let all = matrix(&[[0.0, 1.0], [-1.0, 0.0]], 0.0).transition(Interval::new(0.0, 0.3).expect("finite"));
+        assert_holds(&all.expect("short"), &[[1.0, 0.0], [0.0, 1.0]], 0.7);
+    }
+
+    #[test]
+    fn a_long_span_is_refused() {
+        let m = matrix(&[[0.0, 9.0], [9.0, 0.0]], 0.0);
+        assert!(m.transition(Interval::exactly(3.0).expect("finite")).is_err());
+    }
+
+    #[test]
+    fn axes_are_inverted() {
+        let vectors = [vec![3.0, 4.0], vec![3.0, 4.0001]];
+        let (columns, inverse) = axes(&vectors, 2).expect("nearly orthogonal");
+        assert_holds(&inverse.product(&Matrix::of_columns(&columns)), &[[1.0, 0.0], [0.0, 1.0]], 1e-12);
+        assert!((columns[0][0] - 0.6).abs() < 1e-12 && (columns[0][1] - 0.8).abs() < 1e-12);
+    }
+}
