@@ -214,6 +214,10 @@ def _apply(n: Notation, e: Expr) -> Written:
     return _ATOM, f"{e.name}({n.text(e.children[0])})"
 
 
+def _stepped(n: Notation, e: Expr) -> Written:
+    return _ATOM, f"{e.name}.{e.op}({n.text(e.children[0])})"
+
+
 def _related(n: Notation, e: Expr) -> Written:
     return _ATOM, f"related({e.name}, {n.text(e.children[0])})"
 
@@ -245,6 +249,7 @@ _WRITERS: dict[str, Callable[[Notation, Expr], Written]] = {
     **dict.fromkeys(("globally", "eventually"), _temporal),
     **dict.fromkeys(("forall", "exists", "unique"), _quantifier),
     **dict.fromkeys(("at", "jump"), _about),
+    **dict.fromkeys(("next", "unique_rule"), _stepped),
     **dict.fromkeys(("table", "net"), _column),
     **dict.fromkeys(("max_firing", "strength"), _firing),
 }  # fmt: skip

@@ -70,10 +70,10 @@ class World:
         NotFiniteError       where there are too many, or codes clash
         """
         if name not in self._sets:
-            owner = next((c for c in self.spec.cellular if c.cell == name), None)
-            if owner is None:
-                raise NotFiniteError(f"there are no cells {name}")
-            self._sets[name] = self._enter(owner)
+            owners = [c for c in self.spec.cellular if c.cell == name]
+            if len({(c.first, c.second) for c in owners}) != 1:
+                raise NotFiniteError(f"cells {name} are nothing, or two things")
+            self._sets[name] = self._enter(owners[0])
         return self._sets[name]
 
     def _enter(self, owner: CellularAutomaton) -> CellSet:
