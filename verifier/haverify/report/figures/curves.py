@@ -1,0 +1,106 @@
+"""Curves of quantities over a clock, mode by mode, sampled as far as a drawing shows it."""
+
+from __future__ import annotations
+
+import math
+
+from haverify.report.figures.bands import Band, bands
+from haverify.report.figures.evaluate import Scope, Value, reads, scope
+from haverify.report.figures.material import Json, Material, Undrawable
+from haverify.report.figures.quantities import Bound, Quantity
+from haverify.text.record import record
+
+_SAMPLES = 25
+_HOLDS = {
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+}
+
+
+@record
+class Curve:
+    """A quantity in one band: points (clock, value), the bounds there as such points, which points violate them."""
+
+    band: Band
+    points: tuple[tuple[float, float], ...]
+    bounds: tuple[tuple[tuple[float, float], ...], ...]
+    is_bad: tuple[bool, ...]
+
+
+def clock_of(material: Material, automaton: Json, wanted: list[Quantity]) -> str:
+    """The one variable that the quantities read and that moves in every mode.
+
+    Raises
+    ------
+    Undrawable      if there is none, or more than one
+    """
+    found: set[str] = set()
+    for mode in automaton["modes"]:
+        s = scope(material, automaton, mode)
+        for q in wanted:
+            found |= reads(q.expr, s)
+    moving = {name for name in found if all(_moves(m, name) for m in automaton["modes"])}
+    if len(found) != 1 or moving != found:
+        raise Undrawable
+    return found.pop()
+
+
+def _moves(mode: Json, name: str) -> bool:
+    rate = next((line.get("rate") for line in mode.get("flow", []) if line["var"] == name), None)
+    return rate is not None and rate != "0"
+
+
+def curves(material: Material, automaton: Json, q: Quantity, clock: str, instants: list[float]) -> list[Curve]:
+    """The curve of a quantity in each band where it is defined; `instants` are sampled too."""
+    modes = {m["name"]: m for m in automaton["modes"]}
+    found = []
+    for band in bands(material, automaton, clock):
+        s = scope(material, automaton, modes[band.mode])
+        try:
+            found.append(_curve(q, s, band, clock, instants))
+        except (Undrawable, ArithmeticError, ValueError, TypeError, KeyError):
+            continue
+    if not found:
+        raise Undrawable
+    return found
+
+
+def _curve(q: Quantity, s: Scope, band: Band, clock: str, instants: list[float]) -> Curve:
+    value = s.value(q.expr)
+    at = sorted({*_spread(band), *(x for x in instants if band.low <= x <= band.high)})
+    points = tuple((x, float(value({clock: x}))) for x in at)
+    if not all(math.isfinite(y) and abs(y) < 1e9 for _, y in points):
+        raise Undrawable
+    bounds, is_bad = list[tuple[tuple[float, float], ...]](), [False] * len(at)
+    for b in q.bounds:
+        line = _bound(b, s, clock, at)
+        bounds += (
+            [tuple((x, y) for x, y in zip(at, line, strict=True) if y is not None)]
+            if any(y is not None for y in line)
+            else []
+        )
+        for k, y in enumerate(line):
+            is_bad[k] |= y is not None and not _HOLDS[b.op](points[k][1], y + _slack(b.op, y))
+    return Curve(band, points, tuple(x for x in bounds if x), tuple(is_bad))
+
+
+def _slack(op: str, y: float) -> float:
+    """What rounding may make of a bound that is met exactly, so that no such point is marked."""
+    return (1 if op in ("<", "<=") else -1) * 1e-9 * max(1.0, abs(y))
+
+
+def _bound(b: Bound, s: Scope, clock: str, at: list[float]) -> list[float | None]:
+    """The bound at each instant at which its premises hold."""
+    try:
+        value = s.value(b.value)
+        premises: list[Value] = [s.value(p) for p in b.premises]
+    except Undrawable:
+        return [None] * len(at)
+    return [float(value({clock: x})) if all(p({clock: x}) for p in premises) else None for x in at]
+
+
+def _spread(band: Band) -> list[float]:
+    width = band.high - band.low
+    return [band.low + width * k / (_SAMPLES - 1) for k in range(_SAMPLES)]
