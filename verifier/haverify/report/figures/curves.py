@@ -95,7 +95,11 @@ def _bound(b: Bound, s: Scope, clock: str, at: list[float]) -> list[float | None
     """The bound at each instant at which its premises hold."""
     try:
         value = s.value(b.value)
-        premises: list[Value] = [s.value(p) for p in b.premises]
+        if not all(s.value(p)({}) for p in b.premises if not reads(p, s)):
+            return [None] * len(at)
+        premises: list[Value] = [s.value(p) for p in b.premises if reads(p, s)]
+        if not reads(b.value, s) and not premises:
+            return [float(value({}))] * len(at)
     except Undrawable:
         return [None] * len(at)
     return [float(value({clock: x})) if all(p({clock: x}) for p in premises) else None for x in at]

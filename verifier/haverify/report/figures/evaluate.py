@@ -35,6 +35,7 @@ class Scope:
     enums: dict[str, list[str]]
     depth: int = 0
     known: dict[str, tuple[str | None, Coefficients]] = field(default_factory=dict)
+    read: dict[str, set[str]] = field(default_factory=dict)
 
     def value(self, e: Any) -> Value:
         """The function that computes `e`.
@@ -240,19 +241,26 @@ def _scope(core: Json, automaton: Json, mode: Json) -> Scope:
 
 def reads(e: Any, s: Scope) -> set[str]:
     """The variables that an expression reads, through lets."""
-    found, seen, pending = set[str](), set[str](), [e]
+    found, pending = set[str](), [e]
     while pending:
         x = pending.pop()
         if not isinstance(x, list) or not x:
             continue
         if x[0] == "var":
             found.add(str(x[1]))
-        elif x[0] == "let" and x[1] not in seen:
-            seen.add(x[1])
-            pending.append(s.lets.get(x[1]))
+        elif x[0] == "let":
+            found |= _read_by_let(str(x[1]), s)
         elif x[0] not in ("const", "param", "sym", "at"):
             pending += x[1:]
     return found
+
+
+def _read_by_let(name: str, s: Scope) -> set[str]:
+    """What a let reads, computed once; a let that reads itself, which no core has, reads nothing more."""
+    if name not in s.read:
+        s.read[name] = set()
+        s.read[name] = reads(s.lets.get(name), s)
+    return s.read[name]
 
 
 def _middle(p: Json) -> Any:

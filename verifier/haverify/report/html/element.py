@@ -14,19 +14,20 @@ class Html(str):
 
 
 def element(name: str, *content: str, kind: str = "", **attributes: str) -> Html:
-    """An element with its content, `kind` being its class.
+    """An element with its content; `kind`, its class, is a word of ours.
 
     >>> element("p", "a < b", element("b", "!"), kind="note")
     '<p class="note">a &lt; b<b>!</b></p>'
     """
-    given = {"class": kind, **attributes} if kind else attributes
-    head = "".join(f' {key}="{escape(value)}"' for key, value in given.items())
+    head = f' class="{kind}"' if kind else ""
+    for key, value in attributes.items():
+        head += f' {key}="{escape(value)}"'
     return Html(f"<{name}{head}>{joined(content)}</{name}>")
 
 
 def joined(content: Iterable[str]) -> Html:
     """Pieces one after the other, plain text escaped."""
-    return Html("".join(c if isinstance(c, Html) else escape(c) for c in content))
+    return Html("".join([c if type(c) is Html else escape(c) for c in content]))
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[Html]], kind: str) -> Html:
