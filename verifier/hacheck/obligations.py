@@ -16,6 +16,7 @@ from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace
 from hacheck.polynomial import Images, Poly, constant, substitute
 from hacheck.rational import Beyond, Interval, Refused, spend
 from hacheck.replay import Walk
+from hacheck.systems import SystemCheck, shown
 
 Json = Any
 
@@ -405,6 +406,7 @@ class Question:
 
 
 def established(core: Core, claim: Json, certificate: Json, settings: Callable[[Json, bool], Setting],
+                systems: Callable[[Json], SystemCheck] | None = None,
                 ) -> tuple[str, str | None, list[tuple[str, str, str]]]:  # fmt: skip
     """The verdict, the verdict within rounding, and the parts that a certificate establishes."""
     said = certificate["schema"], certificate["claim"], certificate["verdict"] in ("proved", "refuted")
@@ -414,6 +416,8 @@ def established(core: Core, claim: Json, certificate: Json, settings: Callable[[
         from hacheck.holds import held
 
         return held(core, claim, certificate)
+    if claim["on"] in core.systems and systems is not None:
+        return shown(claim, certificate, systems(core.systems[claim["on"]]))
     if claim["on"] not in core.automata or claim["which"]:
         raise Beyond("claims about systems, rules and formulas, and `for which`")
     automaton = core.automata[claim["on"]]
