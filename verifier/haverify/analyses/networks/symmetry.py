@@ -217,9 +217,9 @@ def _classes(group: Group, keeps: Any) -> list[list[int]]:
 
 
 def candidates(network: Network) -> Iterator[Group]:
-    """Families of parts and variables by the enumeration they are indexed with."""
+    """Families of parts and variables by the enumeration they are indexed with, the largest first."""
     names = [*(a.prefix[:-1] for a in network.automata), *network.types]
-    for enum in network.core["enums"]:
+    for enum in sorted(network.core["enums"], key=lambda e: -len(e["values"])):
         low = Fraction(enum["low"] or 0)
         values = [low + k for k in range(len(enum["values"]))]
         members = [tuple(_indexed_by(names, v)) for v in enum["values"]]
