@@ -36,7 +36,8 @@ def bands(material: Material, automaton: Json, clock: str) -> list[Band]:
         found = [_of_cell(material, automaton, modes[c["mode"]], c, clock) for c in cells[: 4 * _MOST]]
     else:
         found = [_of_domain(material, automaton, m, clock) for m in automaton["modes"]]
-    merged = _merged(found)
+    order = list(modes)
+    merged = sorted(_merged(found), key=lambda b: (b.low, b.high, order.index(b.mode)))
     if not merged or len(merged) > _MOST:
         raise Undrawable
     return merged
@@ -98,7 +99,7 @@ def _merged(found: list[Band]) -> list[Band]:
             merged[-1] = Band(b.mode, last.low, max(last.high, b.high))
         else:
             merged.append(b)
-    return sorted(merged, key=lambda b: (b.low, b.high))
+    return merged
 
 
 def is_one_axis(found: list[Band]) -> bool:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from haverify.report.figures import panels, runs
+from haverify.report.figures import lanes, panels, runs
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
 from haverify.report.figures.quantities import Quantity, outputs, quantities
@@ -20,6 +20,8 @@ _INSTANT = re.compile(r"(?:^|, )(\w+) = (-?[\d.]+(?:e[-+]?\d+)?)")
 def of_claim(material: Material, c: Claim) -> list[Figure]:
     """The figures of one claim; none where nothing about it can be drawn."""
     claim, automaton = material.named("claims", c.name), material.named("automata", c.automaton)
+    if material.named("systems", c.automaton) is not None:
+        return drawn(lanes.of_run, c)
     if claim is None or automaton is None:
         return []
     found = drawn(_bounded, material, automaton, claim, c)
@@ -81,7 +83,7 @@ def _draw(material: Material, automaton: Json, wanted: Sequence[Quantity], parts
         lines = curves(material, automaton, q, clock, [m.at for m in marks])
         bad = frozenset(p.mode.partition(" (")[0] for p in own if p.verdict == "refuted")
         drawn.append(panels.Panel(q, lines, marks, bad))
-    every = sorted({c.band for p in drawn for c in p.curves}, key=lambda b: (b.low, b.high))
+    every = sorted(dict.fromkeys(c.band for p in drawn for c in p.curves), key=lambda b: (b.low, b.high))
     unit = next((v.get("unit") or "1" for v in automaton["vars"] if v["name"] == clock), "1")
     return panels.draw(drawn, every, clock, unit, title)
 
