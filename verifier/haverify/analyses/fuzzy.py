@@ -13,6 +13,7 @@ from haverify.analyses.fuzzy_telling import told
 from haverify.analyses.holds import Held
 from haverify.analyses.regions import Region, Truth, both, box, denied, either, holds_at
 from haverify.analyses.regions_round import Point, rounded
+from haverify.analyses.regions_sample import sample
 from haverify.analyses.regions_search import Search, SpentError, point_of
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.digits import rational_text
@@ -24,7 +25,7 @@ from haverify.text.record import record
 
 Json = Any
 MODEL = ("constants", "params", "enums", "assumptions", "cellular", "relations", "fuzzy", "tables")
-REGIONS = 20  # regions that one unit of work pays for
+NODES = 500  # nodes of formulas on regions that one unit of work pays for
 
 
 def obligation(core: Mapping[str, Json], claim: Claim, goal: Goal) -> str:
@@ -65,11 +66,11 @@ def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json],
     """The verdict on one goal with its certificate's entry, or why it is not known."""
     try:
         asked = question(spec, claim, goal)
-        return _decided(asked, obligation(core, claim, goal), Search(max(1, units * REGIONS)))
+        return _decided(asked, obligation(core, claim, goal), Search(max(1, units * NODES)))
     except OutsideFragmentError as e:
         return Held(Unknown("fragment", str(e)))
     except SpentError:
-        reason = f"stopped after {units * REGIONS} regions of the inputs"
+        reason = "the inputs fall into more regions than were looked at"
         return Held(Unknown("budget", reason, next_step="a larger --budget, or assumptions that narrow the inputs"))
 
 
@@ -77,18 +78,19 @@ def _decided(asked: Question, digest: str, search: Search) -> Held:
     start = admissible(asked, search)
     if start is None:
         return Held(Unknown("vacuous", "no input keeps what is assumed", next_step="weaken the assumptions"))
-    tree = search.tree(either([denied(asked.assumed), asked.wanted]), asked.region)
-    if search.false_on is None:
-        entry = {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": tree}
-        return Held(Proved(), entry)
-    found = point_of(search.false_on)
-    if not holds_at(asked.missed, found):
-        return Held(_undefined(asked, search, found))
     violates = both([asked.assumed, asked.missed])
+    found: Mapping[str, Fraction] | None = sample(violates, asked.ranges)
+    if found is None:
+        tree = search.tree(either([denied(asked.assumed), asked.wanted]), asked.region)
+        if search.false_on is None:
+            return Held(Proved(), {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": tree})
+        found = point_of(search.false_on)
+    if not holds_at(asked.missed, found):
+        return Held(_undefined(asked, found))
     point = rounded(found, asked.ranges, lambda p: holds_at(violates, p))
     entry = {"kind": "point", "hash": digest, "point": _numbers(point)}
     witness, facts = told(asked.meaning, point)
-    return Held(Refuted(), entry, witness=witness, facts=facts)
+    return Held(Refuted(), entry, asked.meaning.on or "", witness, facts)
 
 
 def admissible(asked: Question, search: Search) -> Point | None:
@@ -103,8 +105,8 @@ def admissible(asked: Question, search: Search) -> Point | None:
     return None if looked.false_on is None else dict(point_of(looked.false_on))
 
 
-def _undefined(asked: Question, search: Search, found: Mapping[str, Fraction]) -> Unknown:
-    """The claim is not true there, nor false: look for a point where it is false; else say where it means nothing."""
+def _undefined(asked: Question, found: Mapping[str, Fraction]) -> Unknown:
+    """Where the claim is neither true nor false."""
     witness, _ = told(asked.meaning, dict(found))
     where = ", ".join(f"{n} = {v}" for n, v in witness)
     reason = f"something in the claim is not defined at {where}: no rule fires, or a table is read outside its axis"
