@@ -36,9 +36,9 @@ class Effect:
         return bool(self.findings or self.mended or self.fewer or self.better)
 
 
-def effect(before: Subject, after: Subject, names: Iterable[str]) -> Effect:
-    """The difference between two subjects that are linted and decided as far as `names` go."""
-    both = [n for n in names if n in before.evidence and n in after.evidence]
+def effect(before: Subject, after: Subject) -> Effect:
+    """The difference between two subjects that are linted and decided."""
+    both = [n for n in before.evidence if n in after.evidence]
     gone = [k for k in before.findings if k not in after.findings]
     come = [k for k in after.findings if k not in before.findings]
     mended = [n for n in both if not before.is_expected(n) and after.is_expected(n)]

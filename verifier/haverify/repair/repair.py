@@ -29,7 +29,7 @@ def repair(before: Subject, accepted: Collection[str], only: str | None = None) 
     proposals, hopeless = table_repairs(trials, only)
     if only is None:
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
-    state = (trials.after(_edits(proposals), list(before.claims)) if proposals else None) or before
+    state = (trials.after([p.change for p in proposals]) if proposals else None) or before
     search = TextSearch(trials)
     proposals += search.search(asked.findings(state), asked.claims(state))
     state, together, kept = _together(trials, proposals)
@@ -78,22 +78,21 @@ def _together(trials: Trials, proposals: list[Proposal]) -> tuple[Subject, Effec
 
     One that touches a place a second time, or undoes what those before it mend, is left out.
     """
-    names = list(trials.before.claims)
     kept: list[Proposal] = []
     state = trials.before
     for added in (proposals, *([p] for p in proposals)):
         if len(kept) < len(proposals):
-            after = _joined(trials, [*kept, *added], names)
+            after = _joined(trials, [*kept, *added])
             kept, state = ([*kept, *added], after) if after is not None else (kept, state)
-    return state, effect(trials.before, state, names) if kept else None, sorted(kept, key=_place)
+    return state, effect(trials.before, state) if kept else None, sorted(kept, key=_place)
 
 
-def _joined(trials: Trials, proposals: Sequence[Proposal], names: list[str]) -> Subject | None:
+def _joined(trials: Trials, proposals: Sequence[Proposal]) -> Subject | None:
     """The subject after all proposals, None where one touches a place again or undoes what another mends."""
     edits = _edits(proposals)
     if any(_meet(a, b) for k, a in enumerate(edits) for b in edits[:k]):
         return None
-    after = trials.after(edits, names) if edits else None
+    after = trials.after([p.change for p in proposals]) if edits else None
     mended = [n for p in proposals for n in p.effect.mended]
     return after if after is not None and not any(after.broken(n) for n in mended if n in after.claims) else None
 

@@ -20,7 +20,7 @@ from haverify.repair.written import written_changes
 from haverify.text.record import field, holder, record
 from haverify.text.span import Span
 
-MOST_WORK = 2_500_000  # code points read in trials
+MOST_WORK = 2_000_000  # code points read in trials
 MOST_SHOWN = 3
 
 _CLASS = {"bounds": 0, "fix": 1, "strictness": 2, "bit": 3}
@@ -117,7 +117,8 @@ class TextSearch:
         before = self.trials.before
         size = sum(len(before.text.sources[tree.path].text) for tree in before.text.trees)
         for c in candidates:
-            if (c.change.edits, c.claim) in self.seen:
+            known = any(t.change.edits == c.change.edits for t in self.tried)
+            if known or (c.change.edits, c.claim) in self.seen:
                 continue
             if (len(self.seen) + 1) * size > MOST_WORK:
                 self.was_cut = True
@@ -176,7 +177,6 @@ class TextSearch:
             best = min(ranks.values())
             first, *others = sorted((t for t in helpful if ranks[id(t)] == best), key=lambda t: t.change.order())
             equals = [t.change for t in others if t.solves & left == first.solves & left]
-            shown, more = tuple(equals[:MOST_SHOWN]), max(0, len(equals) - MOST_SHOWN)
-            found.append(Proposal(first.change, first.effect, (), shown, more))
+            found.append(Proposal(first.change, first.effect, (), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:])))
             left -= first.solves
         return found, left
