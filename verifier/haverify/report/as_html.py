@@ -85,11 +85,12 @@ def _row(c: Claim, anchors: Mapping[str, str], has_rounding: bool) -> list[Html]
     expected = badge(c.expected, "plain") if c.ok else badge(f"expected {c.expected}", "alert")
     name = element("a", clipped(c.name, 120), href=f"#{anchors[c.name]}")
     known = "known" if c.ok and c.verdict != "proved" else ""
-    cells = [cell(name, kind="text"), cell(badge(c.verdict, f"{c.verdict} {known}".strip())), cell(expected)]
+    cells = [cell(name, kind="text"), cell(badge(c.verdict, f"{c.verdict} {known}".strip()))]
+    cells.append(cell(expected, kind="wanted" if c.ok else ""))
     at = element("span", f" at {c.margin.at}", kind="soft small") if c.margin and c.margin.at else Html("")
     why = element("div", clipped(c.because, 160), kind="soft small") if c.because and c.ok else Html("")
     cells.append(cell(with_unit(c.margin) if c.margin else "", at, why, kind="room"))
-    cells += [cell(_ROUNDING[c.rounding.verdict] if c.rounding else "", kind="n")] if has_rounding else []
+    cells += [cell(_ROUNDING[c.rounding.verdict] if c.rounding else "", kind="n rounding")] if has_rounding else []
     return [*cells, cell(c.trust or "", kind="n"), cell(f"{c.wall_s:.2f} s", kind="time")]
 
 

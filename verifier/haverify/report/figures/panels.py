@@ -11,7 +11,7 @@ from haverify.report.figures.curves import Curve
 from haverify.report.figures.quantities import Quantity
 from haverify.text.record import record
 
-WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP, FOOT = 680.0, 58.0, 14.0, 26.0, 112.0, 26.0, 40.0
+WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP, FOOT = 680.0, 58.0, 14.0, 42.0, 112.0, 26.0, 40.0
 
 _OFF_SCALE = 6.0  # a curve so many times higher than what is in order is cut, with its ends said
 
@@ -81,9 +81,9 @@ def _modes(axis: _Axis, bottom: float) -> list[str]:
     """The bands with the names of the modes, as far as these fit."""
     parts = []
     for k, (band, left, right) in enumerate(axis.places):
-        parts.append(svg.rect(left, TOP - 20, right - left, bottom - TOP + 20, f"band{k % 2}"))
+        parts.append(svg.rect(left, 2, right - left, bottom - 2, f"band{k % 2}"))
         if svg.text_width(band.mode) <= right - left:
-            parts.append(svg.label((left + right) / 2, TOP - 7, band.mode, "mode", "m"))
+            parts.append(svg.label((left + right) / 2, 16, band.mode, "mode", "m"))
     return parts
 
 
@@ -216,7 +216,7 @@ def _marks(p: Panel, axis: _Axis, y: svg.Scale, top: float, low: float, high: fl
         parts.append(svg.circle((x, at), 3.5, "mark bad" if m.is_bad else "mark"))
         if not m.text:
             continue
-        anchor = "e" if x > WIDTH - RIGHT - svg.text_width(m.text) - 8 else ""
+        anchor = "e" if x > WIDTH - RIGHT - 1.1 * svg.text_width(m.text) - 8 else ""
         above = at > top + HEIGHT / 2
         kind = "said bad" if m.is_bad else "said"
         parts.append(svg.label(x + (-7 if anchor else 7), at + (-7 if above else 16), m.text, kind, anchor))

@@ -10,7 +10,7 @@ from haverify.report.figures.evaluate import scope, with_params
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
 from haverify.report.report import Claim, Run
 
-WIDTH, LEFT, RIGHT, TOP, LANE, HEIGHT, GAP = 680.0, 58.0, 14.0, 10.0, 30.0, 84.0, 24.0
+WIDTH, LEFT, RIGHT, TOP, LANE, HEIGHT, GAP = 680.0, 58.0, 14.0, 8.0, 22.0, 84.0, 22.0
 
 _STEPS = 60
 _VARIABLES = 4
@@ -83,7 +83,7 @@ def _lane(run: Run, times: Sequence[float], x: svg.Scale, bottom: float) -> list
             continue
         parts.append(svg.rect(x(start), TOP, width, bottom - TOP, f"band{k % 2}"))
         if svg.text_width(mode) <= width:
-            parts.append(svg.label((x(start) + x(end)) / 2, TOP + 18, mode, "mode", "m"))
+            parts.append(svg.label((x(start) + x(end)) / 2, TOP + 16, mode, "mode", "m"))
     return parts
 
 

@@ -111,7 +111,7 @@ def _part(p: Part) -> list[Html]:
         cell(clipped(p.output, 80)),
         cell(badge(p.verdict)),
         cell(with_unit(p.margin), kind="n") if p.margin else _EMPTY,
-        cell(clipped(at, 120)),
+        cell(clipped(at, 120), kind="n" if len(at) < 30 else ""),
         cell(clipped(known, 400), kind="small soft") if known else _EMPTY,
     ]
 
