@@ -205,10 +205,10 @@ class Narrowing:
         if n.op != op:
             return n
         if op == "min":
-            best = min(n.parts, key=lambda m: m.high)
+            best = min(n.parts, key=lambda m: (m.high, m.low))
             kept = [m for m in n.parts if m is best or m.low < best.high]
         else:
-            best = max(n.parts, key=lambda m: m.low)
+            best = max(n.parts, key=lambda m: (m.low, m.high))
             kept = [m for m in n.parts if m is best or m.high > best.low]
         if self.crossed and len(kept) < 9:
             kept = self._undominated(op, kept)

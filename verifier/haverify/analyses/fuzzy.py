@@ -11,10 +11,10 @@ from typing import Any
 from haverify.analyses.fuzzy_meaning import Meaning, one_sided
 from haverify.analyses.fuzzy_telling import told
 from haverify.analyses.holds import Held
-from haverify.analyses.regions import Region, Truth, both, box, denied, either, holds_at
+from haverify.analyses.regions import Truth, both, denied, either, holds_at
 from haverify.analyses.regions_round import Point, rounded
 from haverify.analyses.regions_sample import sample
-from haverify.analyses.regions_search import Search, SpentError, point_of
+from haverify.analyses.regions_search import SpentError, settle
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
@@ -46,11 +46,6 @@ class Question:
     missed: Truth
     ranges: Mapping[str, tuple[Fraction, Fraction]]
 
-    @property
-    def region(self) -> Region:
-        """The box of all inputs."""
-        return box(self.ranges)
-
 
 def question(spec: Spec, claim: Claim, goal: Goal) -> Question:
     """The goal of a claim; assumptions that bound a side of a fuzzy input's range stand for that side."""
@@ -66,7 +61,7 @@ def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json],
     """The verdict on one goal with its certificate's entry, or why it is not known."""
     try:
         asked = question(spec, claim, goal)
-        return _decided(asked, obligation(core, claim, goal), Search(max(1, units * NODES)))
+        return _decided(asked, obligation(core, claim, goal), units * NODES)
     except OutsideFragmentError as e:
         return Held(Unknown("fragment", str(e)))
     except SpentError:
@@ -74,35 +69,33 @@ def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json],
         return Held(Unknown("budget", reason, next_step="a larger --budget, or assumptions that narrow the inputs"))
 
 
-def _decided(asked: Question, digest: str, search: Search) -> Held:
-    start = admissible(asked, search)
+def _decided(asked: Question, digest: str, nodes: int) -> Held:
+    start = admissible(asked, nodes)
     if start is None:
         return Held(Unknown("vacuous", "no input keeps what is assumed", next_step="weaken the assumptions"))
     violates = both([asked.assumed, asked.missed])
-    found: Mapping[str, Fraction] | None = sample(violates, asked.ranges)
-    if found is None:
-        tree = search.tree(either([denied(asked.assumed), asked.wanted]), asked.region)
-        if search.false_on is None:
-            return Held(Proved(), {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": tree})
-        found = point_of(search.false_on)
+    found = sample(violates, asked.ranges) or settle(either([denied(asked.assumed), asked.wanted]), asked.ranges, nodes)
+    if not isinstance(found, dict):
+        return Held(Proved(), {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": found})
     if not holds_at(asked.missed, found):
-        return Held(_undefined(asked, found))
+        undefined, found = found, settle(denied(violates), asked.ranges, nodes)
+        if not isinstance(found, dict):
+            return Held(_undefined(asked, undefined))
     point = rounded(found, asked.ranges, lambda p: holds_at(violates, p))
     entry = {"kind": "point", "hash": digest, "point": _numbers(point)}
     witness, facts = told(asked.meaning, point)
     return Held(Refuted(), entry, asked.meaning.on or "", witness, facts)
 
 
-def admissible(asked: Question, search: Search) -> Point | None:
+def admissible(asked: Question, nodes: int) -> Point | None:
     """A point of the box that keeps what is assumed, the middle where that does; None where there is none."""
     if any(low > high for low, high in asked.ranges.values()):
         return None
     middle = {v: (low + high) / 2 for v, (low, high) in asked.ranges.items()}
     if holds_at(asked.assumed, middle):
         return middle
-    looked = Search(search.left)
-    looked.tree(denied(asked.assumed), asked.region)
-    return None if looked.false_on is None else dict(point_of(looked.false_on))
+    found = settle(denied(asked.assumed), asked.ranges, nodes)
+    return found if isinstance(found, dict) else None
 
 
 def _undefined(asked: Question, found: Mapping[str, Fraction]) -> Unknown:

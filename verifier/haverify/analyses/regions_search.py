@@ -6,13 +6,17 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, minus
+from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
+from haverify.analyses.regions_sample import FEW, MANY, sample
 from haverify.analyses.regions_simplex import solve
 from haverify.maths.digits import rational_text
 from haverify.text.record import holder
 
 Json = Any
 Cut = tuple[Terms, str, Fraction]  # a direction, `<=` or `<`, a number: the points below are on one side
+Point = dict[str, Fraction]
+Ranges = Mapping[str, tuple[Fraction, Fraction]]
+SHORT = 20_000  # nodes of the first search
 ENOUGH = 300  # places that are looked at for a cut
 DEEPEST = 250
 
@@ -183,8 +187,35 @@ def _orders(n: Node) -> Iterator[Cut]:
                 yield from _zero(minus(m, other))
 
 
-def point_of(region: Region) -> Mapping[str, Fraction]:
+# ---- a point, or a tree ---------------------------------------------------------
+
+
+def point_of(region: Region) -> Point:
     """A point of a region that is not empty."""
     found = solve(region)
     assert isinstance(found, dict), "the region is not empty"
     return found
+
+
+def settle(truth: Truth, ranges: Ranges, nodes: int) -> Point | Json:
+    """A point (a dictionary) of the box at which a truth fails, or a tree that shows it to hold.
+
+    A few points are tried, then a short search, then many points, then as long a search as `nodes` allows.
+
+    Raises
+    ------
+    SpentError              where neither was found
+    """
+    for tries, left in ((FEW, min(nodes, SHORT)), (MANY, nodes)):
+        found = sample(denied(truth), ranges, tries)
+        if found is not None:
+            return found
+        search = Search(left)
+        try:
+            tree = search.tree(truth, box(ranges))
+        except SpentError:
+            if left == nodes:
+                raise
+            continue
+        return tree if search.false_on is None else point_of(search.false_on)
+    raise SpentError

@@ -223,11 +223,11 @@ def _related(n: Notation, e: Expr) -> Written:
 
 
 def _covered(n: Notation, e: Expr) -> Written:
-    return _ATOM, f"covered({e.args[1]}, {n.text(e.children[0])})"
+    return _ATOM, f"{e.args[0]}.covered({e.args[1]}, {n.text(e.children[0])})"
 
 
 def _firing(n: Notation, e: Expr) -> Written:
-    return _ATOM, f"{e.op}({e.args[1]})"
+    return _ATOM, f"{e.args[0]}.{e.op}({e.args[1]})"
 
 
 def _cell(n: Notation, e: Expr) -> Written:
