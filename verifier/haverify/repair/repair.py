@@ -61,7 +61,7 @@ class _Asked:
         """The problems of a subject, in words."""
         broken = self.claims(subject)
         for h in hopeless:
-            if not any(t.limit is None or not t.limit.is_firm or t.limit.claim in broken for t in h.troubles):
+            if not any(t.limit is not None and t.limit.is_firm and t.limit.claim in broken for t in h.troubles):
                 continue
             lines = ", ".join(f"{path}:{row}" for path, row in h.lines)
             yield f"{lines}: no single change of a cell makes the row fit"

@@ -37,11 +37,11 @@ class Trials:
         if after.has_meaning:
             after.lint()
         if after.has_meaning:
-            after.evidence |= {n: e for n, e in self.before.evidence.items() if n not in self._touched(changes)}
+            after.evidence |= {n: e for n, e in self.before.evidence.items() if n not in self.touched(changes)}
             after.decide(after.claims)
         return after
 
-    def _touched(self, changes: Sequence[Change]) -> set[str]:
+    def touched(self, changes: Sequence[Change]) -> set[str]:
         """The claims that changes of table cells can touch; all where the text changes."""
         spec = self.before.spec
         if spec is None or not all(c.numbers for c in changes):
