@@ -177,11 +177,20 @@ def test_the_walk_from_the_start_gives_the_order() -> None:
 def test_a_run_over_time_shows_modes_and_variables() -> None:
     run = report.Run(
         ["Up", "Down"], ["Up_Down"], ["0", "1", "3/2"], ["0", "1", "1.5"],
-        [{"x": "0"}, {"x": "1"}, {"x": "3/2"}], [{"x": "0"}, {"x": "1"}, {"x": "1.5"}], {}, {"x": "s"}, "y",
+        [{"x": "0"}, {"x": "1/2"}, {"x": "1"}], [{"x": "0"}, {"x": "0.5"}, {"x": "1"}], {}, {"x": "s"}, "y",
     )  # fmt: skip
     figure = drawn(core(True), claim(verdict="refuted", run=run))
     assert [len(line) for line in polylines(figure, "curve")] == [2, 2]
     assert "violated at t = 1.5 s" in figure.caption
+
+
+def test_a_run_of_a_clock_alone_shows_its_modes() -> None:
+    run = report.Run(
+        ["Up"], [], ["0", "1"], ["0", "1"], [{"x": "0"}, {"x": "1"}], [{"x": "0"}, {"x": "1"}], {}, {"x": "s"}, None
+    )
+    figure = drawn(core(True), claim(run=run))
+    assert not polylines(figure, "curve")
+    assert ">Up<" in figure.svg
 
 
 def test_a_run_of_a_system_has_a_lane_for_each_part() -> None:

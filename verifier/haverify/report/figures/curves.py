@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from haverify.report.figures.bands import Band, bands
 from haverify.report.figures.evaluate import Scope, Value, reads, scope
@@ -10,8 +11,8 @@ from haverify.report.figures.material import Json, Material, Undrawable
 from haverify.report.figures.quantities import Bound, Quantity
 from haverify.text.record import record
 
-_SAMPLES = 25
-_HOLDS = {
+_SAMPLES = 23
+_HOLDS: dict[str, Callable[[float, float], bool]] = {
     "<": lambda a, b: a < b,
     "<=": lambda a, b: a <= b,
     ">": lambda a, b: a > b,
@@ -52,14 +53,18 @@ def _moves(mode: Json, name: str) -> bool:
     return rate is not None and rate != "0"
 
 
-def curves(material: Material, automaton: Json, q: Quantity, clock: str, instants: list[float]) -> list[Curve]:
-    """The curve of a quantity in each band where it is defined; `instants` are sampled too."""
+def curves(material: Material, automaton: Json, q: Quantity, clock: str) -> list[Curve]:
+    """The curve of a quantity in each band where it is defined, with its bounds.
+
+    Raises
+    ------
+    Undrawable      if there is no such band
+    """
     modes = {m["name"]: m for m in automaton["modes"]}
     found = []
-    for band in bands(material, automaton, clock):
-        s = scope(material, automaton, modes[band.mode])
+    for band, points in _sampled(material, automaton, q, clock):
         try:
-            found.append(_curve(q, s, band, clock, instants))
+            found.append(_bounded(q, scope(material, automaton, modes[band.mode]), band, clock, points))
         except (Undrawable, ArithmeticError, ValueError, TypeError, KeyError):
             continue
     if not found:
@@ -67,28 +72,49 @@ def curves(material: Material, automaton: Json, q: Quantity, clock: str, instant
     return found
 
 
-def _curve(q: Quantity, s: Scope, band: Band, clock: str, instants: list[float]) -> Curve:
+Points = tuple[tuple[float, float], ...]
+
+
+def _sampled(material: Material, automaton: Json, q: Quantity, clock: str) -> list[tuple[Band, Points]]:
+    """The points of a quantity in each band where it is defined, computed once for all claims about it."""
+    key = (str(automaton["name"]), q.key)
+    if key not in material.points:
+        modes = {m["name"]: m for m in automaton["modes"]}
+        found = []
+        for band in bands(material, automaton, clock):
+            try:
+                found.append((band, _points(q, scope(material, automaton, modes[band.mode]), band, clock)))
+            except (Undrawable, ArithmeticError, ValueError, TypeError, KeyError):
+                continue
+        material.points[key] = found
+    return material.points[key]  # type: ignore[no-any-return]
+
+
+def _points(q: Quantity, s: Scope, band: Band, clock: str) -> Points:
     value = s.value(q.expr)
-    at = sorted({*_spread(band), *(x for x in instants if band.low <= x <= band.high)})
-    points = tuple((x, float(value({clock: x}))) for x in at)
+    points = tuple([(x, float(value({clock: x}))) for x in _spread(band)])
     if not all(math.isfinite(y) and abs(y) < 1e9 for _, y in points):
         raise Undrawable
-    bounds, is_bad = list[tuple[tuple[float, float], ...]](), [False] * len(at)
+    return points
+
+
+def _bounded(q: Quantity, s: Scope, band: Band, clock: str, points: Points) -> Curve:
+    at = [x for x, _ in points]
+    bounds, is_bad = list[Points](), [False] * len(at)
     for b in q.bounds:
         line = _bound(b, s, clock, at)
-        bounds += (
-            [tuple((x, y) for x, y in zip(at, line, strict=True) if y is not None)]
-            if any(y is not None for y in line)
-            else []
-        )
+        drawn = tuple([(x, y) for x, y in zip(at, line, strict=True) if y is not None])
+        bounds += [drawn] if drawn else []
+        holds = _HOLDS[b.op]
         for k, y in enumerate(line):
-            is_bad[k] |= y is not None and not _HOLDS[b.op](points[k][1], y + _slack(b.op, y))
-    return Curve(band, points, tuple(x for x in bounds if x), tuple(is_bad))
+            if y is not None and not holds(points[k][1], y + _slack(b.op, y)):
+                is_bad[k] = True
+    return Curve(band, points, tuple(bounds), tuple(is_bad))
 
 
 def _slack(op: str, y: float) -> float:
     """What rounding may make of a bound that is met exactly, so that no such point is marked."""
-    return (1 if op in ("<", "<=") else -1) * 1e-9 * max(1.0, abs(y))
+    return (1e-9 if op in ("<", "<=") else -1e-9) * (abs(y) + 1.0)
 
 
 def _bound(b: Bound, s: Scope, clock: str, at: list[float]) -> list[float | None]:

@@ -23,6 +23,7 @@ class Material:
     core: Json = field(default_factory=dict)
     cells: dict[str, Json] = field(default_factory=dict)
     scopes: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)  # what is computed once
+    points: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)
 
     def listed(self, key: str) -> list[Json]:
         """The objects of a list of the core; those of another kind are left out."""

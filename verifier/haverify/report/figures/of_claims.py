@@ -9,7 +9,7 @@ from typing import Any
 from haverify.report.figures import lanes, panels, runs
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
-from haverify.report.figures.quantities import Quantity, outputs, quantities
+from haverify.report.figures.quantities import Quantity, mentioned, outputs, quantities
 from haverify.report.report import Claim, Part
 from haverify.report.terminal import with_unit
 
@@ -78,20 +78,15 @@ def _draw(material: Material, automaton: Json, wanted: Sequence[Quantity], parts
     clock = clock_of(material, automaton, list(wanted))
     drawn = []
     for q in wanted:
-        own = [p for p in parts if _is_about(p, q)]
+        names = set(mentioned(q.expr))
+        own = [p for p in parts if p.output and names.issuperset(p.output.split(","))]
         marks = _marks(own, clock)
-        lines = curves(material, automaton, q, clock, [m.at for m in marks])
+        lines = curves(material, automaton, q, clock)
         bad = frozenset(p.mode.partition(" (")[0] for p in own if p.verdict == "refuted")
         drawn.append(panels.Panel(q, lines, marks, bad))
     every = sorted(dict.fromkeys(c.band for p in drawn for c in p.curves), key=lambda b: (b.low, b.high))
     unit = next((v.get("unit") or "1" for v in automaton["vars"] if v["name"] == clock), "1")
     return panels.draw(drawn, every, clock, unit, title)
-
-
-def _is_about(p: Part, q: Quantity) -> bool:
-    """Whether a part is about a quantity: the part's output is what the quantity mentions."""
-    names = [name for name in p.output.split(",") if name]
-    return bool(names) and all(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", q.name) for name in names)
 
 
 def _marks(parts: Sequence[Part], clock: str) -> list[panels.Mark]:

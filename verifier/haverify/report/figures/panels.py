@@ -107,8 +107,10 @@ def _ends(b: Band, count: int) -> list[float]:
 def _panel(p: Panel, axis: _Axis, top: float) -> list[str]:
     low, high = _range(p)
 
+    scale = HEIGHT / (high - low)
+
     def y(value: float) -> float:
-        return top + HEIGHT * (1 - (min(max(value, low), high) - low) / (high - low))
+        return top + (high - value) * scale if low <= value <= high else top + (HEIGHT if value < low else 0.0)
 
     unit = p.quantity.unit
     name = f"{p.quantity.name} [{unit}]" if unit not in ("", "1") else p.quantity.name
@@ -199,6 +201,14 @@ def _jumps(p: Panel, axis: _Axis, y: svg.Scale) -> list[str]:
     return parts
 
 
+def _value(c: Curve, at: float) -> float:
+    """The value at an instant, between two samples on the line that is drawn."""
+    for (x, y), (u, v) in pairwise(c.points):
+        if x <= at <= u and u > x:
+            return y + (v - y) * (at - x) / (u - x)
+    return c.points[0][1] if at < c.points[0][0] else c.points[-1][1]
+
+
 def _holds(b: Band, mode: str, at: float) -> bool:
     tiny = 1e-5 * max(1.0, abs(at))  # instants are rounded for people
     return b.mode == mode and b.low - tiny <= at <= b.high + tiny
@@ -209,7 +219,7 @@ def _marks(p: Panel, axis: _Axis, y: svg.Scale, top: float, low: float, high: fl
     parts = []
     for m in p.marks:
         c = next((c for mode in m.modes for c in p.curves if _holds(c.band, mode, m.at)), None)
-        value = min(c.points, key=lambda point: abs(point[0] - m.at))[1] if c else low
+        value = _value(c, m.at) if c else low
         if c is None or not low < value < high:
             continue
         x, at = axis.x(axis.index(c.band), m.at), y(value)

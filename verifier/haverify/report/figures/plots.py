@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 from haverify.report.figures import fuzzy, graphs, of_claims, orbits
-from haverify.report.figures.material import Figure, Material
+from haverify.report.figures.material import Figure, Json, Material
 from haverify.report.figures.of_claims import drawn
 from haverify.report.report import Report
 
@@ -18,7 +19,11 @@ def of_model(material: Material) -> list[Figure]:
 
 
 def _of_model(material: Material) -> Iterator[Figure]:
+    seen = set[str]()
     for automaton in material.listed("automata")[:_AUTOMATA]:
+        if _shape(automaton) in seen:
+            continue  # the same with other constants
+        seen.add(_shape(automaton))
         yield from drawn(graphs.of_automaton, automaton)
         yield from drawn(of_claims.of_automaton, material, automaton)
     for rule in material.listed("cellular"):
@@ -26,6 +31,16 @@ def _of_model(material: Material) -> Iterator[Figure]:
     for system in material.listed("fuzzy"):
         yield from drawn(fuzzy.memberships, system)
         yield from drawn(fuzzy.conclusions, material, system)
+
+
+def _shape(automaton: Json) -> str:
+    """What the figures of an automaton are drawn from, constants aside."""
+    modes, edges = automaton.get("modes", []), automaton.get("edges", [])
+    if not isinstance(modes, list) or not isinstance(edges, list):
+        return ""
+    told = [[m.get(key) for key in ("name", "domain", "lets")] for m in modes if isinstance(m, dict)]
+    ends = [[e.get(key) for key in ("name", "source", "target", "guard")] for e in edges if isinstance(e, dict)]
+    return json.dumps([told, ends, automaton.get("lets"), automaton.get("init")])
 
 
 def every(report: Report, material: Material) -> list[Figure]:

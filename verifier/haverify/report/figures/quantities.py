@@ -32,6 +32,11 @@ class Quantity:
     bounds: list[Bound]
     has_jumps: bool = False
 
+    @property
+    def key(self) -> str:
+        """What two quantities of one automaton are the same by."""
+        return json.dumps(self.expr)
+
 
 def quantities(claim: Json, automaton: Json) -> list[Quantity]:
     """The quantities that the `always` goals of a claim bound, in order of appearance; lets where it is about jumps."""
@@ -54,17 +59,17 @@ def _enter(found: dict[str, Quantity], premises: tuple[Any, ...], e: Any, units:
     if not isinstance(e, list) or len(e) != 3 or e[0] not in _MIRROR:
         return
     if any(op in _words([*premises, e]) for op in ("pre", "jump", "jumped")):
-        for name in _read(e):
+        for name in mentioned(e):
             _of(found, ["let", name], units).has_jumps = True
         return
     op, a, b = e
-    if not _read(a) and _read(b):
+    if not mentioned(a) and mentioned(b):
         op, a, b = _MIRROR[op], b, a
-    if _read(a) and _read(b):
+    if mentioned(a) and mentioned(b):
         a, b = ["-", a, b], "0"
     if isinstance(a, list) and a and a[0] == "neg" and isinstance(b, str):
         op, a, b = _MIRROR[op], a[1], ["neg", b]
-    if _read(a):
+    if mentioned(a):
         _of(found, a, units).bounds.append(Bound(op, b, premises))
 
 
@@ -93,13 +98,13 @@ def _words(e: Any) -> set[str]:
     return here.union(*map(_words, e))
 
 
-def _read(e: Any) -> list[str]:
+def mentioned(e: Any) -> list[str]:
     """The lets that an expression mentions."""
     if not isinstance(e, list) or not e:
         return []
     if e[0] == "let":
         return [str(e[1])]
-    return list(dict.fromkeys(name for x in e[1:] for name in _read(x)))
+    return list(dict.fromkeys(name for x in e[1:] for name in mentioned(x)))
 
 
 def _lets(automaton: Json) -> list[str]:

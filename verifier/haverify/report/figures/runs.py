@@ -51,7 +51,18 @@ def _lines(material: Material, automaton: Json, run: Run, times: Sequence[float]
             start, dwell = float(Fraction(run.states[k][n])), times[k + 1] - times[k]
             rate = s.value(s.rates[n])({}) if s.rates.get(n) is not None else 0.0
             lines[n].append([(times[k], start), (times[k + 1], start + rate * dwell)])
-    return lines
+    return {} if _is_clock_alone(lines) else lines
+
+
+def _is_clock_alone(lines: dict[str, list[list[Point]]]) -> bool:
+    """Whether all there is to see is one variable that rises evenly with time and is never set."""
+    if len(lines) != 1:
+        return False
+    (strokes,) = lines.values()
+    points = [p for stroke in strokes for p in stroke]
+    (t, v), (end, last) = points[0], points[-1]
+    rate = (last - v) / (end - t) if end > t else 0.0
+    return all(abs(y - v - rate * (x - t)) <= 1e-9 * max(1.0, abs(y)) for x, y in points)
 
 
 def _draw(run: Run, times: Sequence[float], lines: dict[str, list[list[Point]]], title: str) -> str:
@@ -74,17 +85,17 @@ def _draw(run: Run, times: Sequence[float], lines: dict[str, list[list[Point]]],
 
 def _lane(run: Run, times: Sequence[float], x: svg.Scale, bottom: float) -> list[str]:
     """The bands of the modes; a mode that is left at once is a line."""
-    parts = []
+    parts, names = list[str](), list[str]()
     ends = [*times[1:], times[-1]]
     for k, (mode, start, end) in enumerate(zip(run.mode_path, times, ends, strict=False)):
         width = x(end) - x(start)
         if width < 0.5:
-            parts.append(svg.line((x(start), TOP), (x(start), bottom), "jump"))
+            names.append(svg.line((x(start), TOP), (x(start), bottom), "jump"))
             continue
         parts.append(svg.rect(x(start), TOP, width, bottom - TOP, f"band{k % 2}"))
         if svg.text_width(mode) <= width:
-            parts.append(svg.label((x(start) + x(end)) / 2, TOP + 16, mode, "mode", "m"))
-    return parts
+            names.append(svg.label((x(start) + x(end)) / 2, TOP + 16, mode, "mode", "m"))
+    return parts + names
 
 
 def _variable(name: str, strokes: Sequence[Sequence[Point]], x: svg.Scale, top: float) -> list[str]:

@@ -90,4 +90,4 @@ def tick_text(x: float) -> str:
 
 def text_width(text: str) -> float:
     """About how wide a text is in the drawings' font size."""
-    return 6.6 * len(text)
+    return sum(8.4 if c.isupper() or c in "mwMW@%" else 6.8 for c in text)
