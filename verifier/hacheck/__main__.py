@@ -11,6 +11,7 @@ from typing import Any
 from hacheck.core import NAME, Core, by_name, check_cells, check_inputs, check_shape, read_json
 from hacheck.obligations import Setting, established
 from hacheck.rational import MAX_BITS, Beyond, Refused, Unreadable
+from hacheck.systems import SystemCheck
 
 Json = Any
 SIGNS = {"and": " and ", "or": " or ", "implies": " implies ", "+": " + ", "-": " - ", "*": "*", "/": "/", "^": "^"}
@@ -61,6 +62,7 @@ class Check:
             raise Unreadable("the certificates are elsewhere")
         self.present = {p.stem for p in certificates.glob("*.json")} if certificates.is_dir() else set()
         self._settings: dict[tuple[int, bool], Setting] = {}
+        self._systems: dict[str, SystemCheck] = {}
 
     def setting(self, automaton: Json, rounding: bool) -> Setting:
         """What the claims on an automaton share."""
@@ -68,6 +70,12 @@ class Check:
         if key not in self._settings:
             self._settings[key] = Setting(self.core, automaton, rounding, self.load_cells)
         return self._settings[key]
+
+    def system(self, system: Json) -> SystemCheck:
+        """What the claims on a system share."""
+        if system["name"] not in self._systems:
+            self._systems[system["name"]] = SystemCheck(self.core, system, self.load_cells)
+        return self._systems[system["name"]]
 
     def load_cells(self, name: str) -> Json:
         """A file of cells."""
@@ -111,7 +119,7 @@ class Check:
         if file_name(claim["name"]) not in self.present:
             return None
         certificate = read_json(self.folder / "certificates" / f"{file_name(claim['name'])}.json")
-        return established(self.core, claim, certificate, self.setting)
+        return established(self.core, claim, certificate, self.setting, self.system)
 
     def _compare(self, said: Json, shown: Json) -> dict[str, Json]:
         verdict = said["verdict"] if said else shown[0] if shown else None

@@ -320,6 +320,8 @@ class Cells:
         for k in model.leaving[c.mode]:
             if not (self.jumps is not None and c.jumps == self.jumps):
                 edge, (box, sigma, s) = model.a["edges"][k], self.outcome(i, k, stay)
+                if short and c.meet is not None and s[0] is not None and s[0] >= c.meet:
+                    continue  # a run has met the goal when it takes the edge
                 if box is not None and not (self.landing is not None and self.landing(self, i, k, s, box)):
                     jumps = None if c.jumps is None else c.jumps + 1
                     after = i if self.meeting else -1

@@ -24,7 +24,7 @@ SHAPES: dict[str, Json] = {
     "spec": {"name": str}, "enums": [{"name": str, "values": [str], "low": (str, type(None))}],
     "constants": [{"name": str, "value": (*EXPR, dict), "half": (str, type(None))}],
     "params": [{"name": str, "low": EXPR, "high": EXPR}], "inputs": [_VALUE], "assumptions": [EXPR],
-    "tables": [dict], "systems": [_VALUE],
+    "tables": [dict],
     "cells": [{"file": str, "row": int, "column": (str, int), "number": str, "constant": str}],
     "claims": [{"name": str, "on": (str, type(None)), "kind": str, "assume": [EXPR], "which": list, "inductive": bool,
                 "horizon": {"time": MAYBE, "jumps": (int, type(None))},
@@ -37,6 +37,11 @@ SHAPES["automata"] = [{
     "init": [{"mode": (str, type(None)), "where": EXPR, "with": _RESETS}],
     "modes": [{"name": str, "domain": EXPR, "flow": _RESETS, "lets": _LETS, "terminal": bool}],
     "edges": [{"name": str, "source": str, "target": str, "urgent": bool, "guard": EXPR, "resets": _RESETS}],
+}]  # fmt: skip
+SHAPES["systems"] = [{
+    **{key: SHAPES["automata"][0][key] for key in ("name", "constants", "vars", "lets", "init")}, "flow": _RESETS,
+    "parts": [{"name": str, "of": str, "bindings": [_VALUE]}], "priorities": [{"over": [str], "when": EXPR}],
+    "syncs": [{"name": str, "edges": [str], "listeners": [str], "guard": EXPR, "resets": _RESETS}],
 }]  # fmt: skip
 
 
@@ -116,6 +121,7 @@ class Core:
         self.automata, self.claims = by_name(data["automata"], "automata"), by_name(data["claims"], "claims")
         self.order = {name: i for i, name in enumerate(self.constants)}
         by_name(data["params"], "params")
+        self.systems = by_name(data["systems"], "systems")
         by_name(data["systems"] + data["automata"], "systems or automata")
         for e in data["enums"]:
             whole = e["low"] is None or number(e["low"]).denominator == 1

@@ -203,6 +203,9 @@ class Instant:
 
     def poly(self, e: Json) -> Poly:
         """The value, where it is one polynomial."""
+        bit = self._bit(e[1]) if isinstance(e, list) and e[:1] == ["if"] and len(e) == 4 else None
+        if bit is not None:
+            return _chosen(bit, self.poly(e[2]), self.poly(e[3]))
         cases = self.value(e)
         divisor = constant(cases[0][2])
         if len(cases) > 1 or not divisor:
@@ -240,8 +243,15 @@ class Instant:
         """A truth made of truth variables, as a polynomial in them; None for others."""
         op, args = _node(e) if isinstance(e, list) else ("", [])
         if not op or op in ("var", "const"):
-            return self.poly(e)
-        bits = [self._bit(a) for a in args] if op in ("not", "and", "or") else [None]
+            return self.poly(e) if isinstance(e, bool) or self._is_truth(e) else None
+        if op == "implies":
+            op, args = "or", [["not", args[0]], args[1]]
+        bits = [self._bit(a) for a in args] if op in ("not", "and", "or", "if", "==", "!=") else [None]
+        if op in ("if", "==", "!=") and len(bits) > 1:
+            first, *_, last = bits
+            yes, no = (bits[1], last) if op == "if" else (last, None if last is None else add(ONE, last, -1))
+            yes, no = (no, yes) if op == "!=" else (yes, no)
+            return None if first is None or yes is None or no is None else _chosen(first, yes, no)
         known = [b if op == "and" else add(ONE, b, -1) for b in bits if b is not None]
         if len(known) < len(bits):
             return None
@@ -431,6 +441,11 @@ def _few(cases: Iterable[Case]) -> list[Case]:
     if len(out) > 64:
         raise Beyond("an expression has too many cases")
     return out
+
+
+def _chosen(bit: Poly, yes: Poly, no: Poly) -> Poly:
+    """One value where a bit is 1, another where it is 0."""
+    return add(mul(bit, yes), mul(add(ONE, bit, -1), no))
 
 
 def _combine(op: str, a: Case, b: Case) -> Case:

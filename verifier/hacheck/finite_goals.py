@@ -55,13 +55,13 @@ def _point(core: Core, on: str | None, given: Json) -> dict[str, Fraction]:
 
 def _unwrapped(world: World, e: Json, values: Json) -> tuple[str, Json, Env]:
     """A goal without its first quantifiers, all `forall` or all `exists`, whose names have the values given."""
-    kind, env = (e[0] if values else "forall"), Env()
+    kind, env = "forall", Env()
     for name, bits in values:
-        op, bound, of, body = e
-        cell = of, bits
-        if op != kind or op not in ("forall", "exists") or name != bound or cell not in world.sets[of]:
+        op, bound, of, body = e if isinstance(e, list) and len(e) == 4 else ("", "", "", None)
+        kind = kind if env else op
+        if op not in ("forall", "exists") or (op, name) != (kind, bound) or (of, bits) not in world.sets[of]:
             raise Refused("the witness of a goal names other things than the goal does")
-        env, e = {**env, bound: cell}, body
+        env, e = {**env, name: (of, bits)}, body
     return kind, e, env
 
 

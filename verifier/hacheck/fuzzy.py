@@ -110,7 +110,7 @@ class Systems:
         rules = [r for r in self.system(name)["rules"] if r["output"] == output and term in (None, r["term"])]
 
         def make() -> Node:
-            return least("max", [ZERO, *(self.premise(name, r["premise"], at) for r in rules)])
+            return least("max", [self.premise(name, r["premise"], at) for r in rules] or [ZERO])
 
         return self._remembered(("strength", name, output, "" if term is None else "." + term), at, make)
 

@@ -16,6 +16,7 @@ from hacheck.formula import NEGATED, Formula, conj, disj, literal, replace
 from hacheck.polynomial import Images, Poly, constant, substitute
 from hacheck.rational import Beyond, Interval, Refused, spend
 from hacheck.replay import Walk
+from hacheck.systems import SystemCheck, shown
 
 Json = Any
 
@@ -161,13 +162,18 @@ class Question:
         if len(window) not in (0, 2):
             raise Refused("a window has not two ends")
         self.after = self._time(window[0]) if window else None
+        well_formed([claim["assume"], claim["horizon"], goal["window"], goal["within"]], False)
+        well_formed(goal["condition"], True)
         limits = [self._time(e) for e in (claim["horizon"]["time"], goal["within"], *window[1:]) if e is not None]
+        shape = goal["condition"] if goal["kind"] == "always" else ["not", goal["condition"]]
+        ends = (
+            [self._true_after(c) for c in conjuncts(pushed(shape))] if goal["kind"] in ("always", "can_reach") else []
+        )
+        limits += [max(e for e in ends if e is not None)] if ends and None not in ends else []
         self.limit = min(limits) if limits else None
         self.jumps = claim["horizon"]["jumps"]
         if (self.limit is not None and self.limit < max(0, self.after or 0)) or (self.jumps or 0) < 0:
             raise Refused("the claim speaks of no instant")
-        well_formed([claim["assume"], claim["horizon"], goal["window"], goal["within"]], False)
-        well_formed(goal["condition"], True)
         about = {"goal": goal, "horizon": claim["horizon"], "assume": claim["assume"]}
         if any(n[0] == "const" and len(n) == 2 and n[1] in setting.own for n in nodes(about)):
             raise Beyond("a constant of the claim that the automaton has too")
@@ -178,6 +184,23 @@ class Question:
         if q is None:
             raise Beyond("a time that is no rational")
         return q
+
+    def _true_after(self, e: Json, true: bool = True) -> Fraction | None:
+        """A time after which a condition is true (or false) by its shape: it asks for something up to then only."""
+        op, args = (e[0], e[1:]) if isinstance(e, list) and e else (None, [])
+        if op == "not" and len(args) == 1:
+            return self._true_after(args[0], not true)
+        if op == (("implies") if true else "and"):
+            flips = [not true, true] if true else [False] * len(args)
+            found = [q for a, how in zip(args, flips, strict=True) if (q := self._true_after(a, how)) is not None]
+            return min(found, default=None)
+        if true or op not in ("<", "<=", ">", ">=") or len(args) != 2:
+            return None
+        clock, bound = args if op in ("<", "<=") else args[::-1]
+        try:
+            return self._time(bound) if clock == ["time"] else None
+        except Beyond:
+            return None
 
     def part_hash(self, kind: str, where: str, output: str) -> str:
         """The hash of a part's obligation."""
@@ -405,6 +428,7 @@ class Question:
 
 
 def established(core: Core, claim: Json, certificate: Json, settings: Callable[[Json, bool], Setting],
+                systems: Callable[[Json], SystemCheck] | None = None,
                 ) -> tuple[str, str | None, list[tuple[str, str, str]]]:  # fmt: skip
     """The verdict, the verdict within rounding, and the parts that a certificate establishes."""
     said = certificate["schema"], certificate["claim"], certificate["verdict"] in ("proved", "refuted")
@@ -414,6 +438,8 @@ def established(core: Core, claim: Json, certificate: Json, settings: Callable[[
         from hacheck.holds import held
 
         return held(core, claim, certificate)
+    if claim["on"] in core.systems and systems is not None:
+        return shown(claim, certificate, systems(core.systems[claim["on"]]))
     if claim["on"] not in core.automata or claim["which"]:
         raise Beyond("claims about systems, rules and formulas, and `for which`")
     automaton = core.automata[claim["on"]]

@@ -16,6 +16,7 @@ Json = Any
 End = tuple[Fraction, int]
 Terms = tuple[tuple[str, Fraction], ...]  # sorted by name, no coefficient is 0
 ZERO: End = (Fraction(0), 0)
+MANY = 120  # pairs of parts of two numbers that are compared
 
 
 class Node:
@@ -25,10 +26,11 @@ class Node:
     `le`: (node, node, is it strict).
     """
 
-    __slots__ = ("high", "low", "names", "op", "parts")
+    __slots__ = ("high", "low", "names", "op", "parts", "size")
 
     def __init__(self, op: str, parts: Any, names: frozenset[str], low: End = ZERO, high: End = ZERO) -> None:
         self.op, self.parts, self.names, self.low, self.high = op, parts, names, low, high
+        self.size: int = sum(n.size for n in parts) if op in ("min", "max") else 1  # in how many parts it is compared
 
 
 Truth = Node | bool
@@ -149,11 +151,12 @@ class Region:
                 low, high = max(low, a), min(high, b)
         return low, high
 
-    def split(self, terms: Terms, at: Fraction) -> tuple[Region, Region]:
-        """Where a direction is at most a number, and where it is above."""
+    def split(self, terms: Terms, relation: str, at: Fraction) -> tuple[Region, Region]:
+        """Where a direction is at most a number (`<=`) or below it (`<`), and the rest."""
         low, high = self.enclose(Fraction(0), terms)
-        return (Region({**self.ends, terms: (low, min(high, (at, 0)))}),
-                Region({**self.ends, terms: (max(low, (at, 1)), high)}))  # fmt: skip
+        below, above = ((at, 0), (at, 1)) if relation == "<=" else ((at, -1), (at, 0))
+        return (Region({**self.ends, terms: (low, min(high, below))}),
+                Region({**self.ends, terms: (max(low, above), high)}))  # fmt: skip
 
 
 class Narrowing:
@@ -162,6 +165,7 @@ class Narrowing:
     def __init__(self, region: Region, changed: frozenset[str] | None) -> None:
         self.region, self.changed = region, changed
         self.done: dict[int, tuple[Node, Any]] = {}
+        self.shared: dict[tuple[int, bool, bool, End], tuple[Node, Truth]] = {}
         self.crossed = any(len(d) > 1 for d in region.ends)
 
     def of(self, n: Any) -> Any:
@@ -201,10 +205,10 @@ class Narrowing:
         if n.op != op:
             return n
         if op == "min":
-            best = min(n.parts, key=lambda m: m.high)
+            best = min(n.parts, key=lambda m: (m.high, m.low))
             kept = [m for m in n.parts if m is best or m.low < best.high]
         else:
-            best = max(n.parts, key=lambda m: m.low)
+            best = max(n.parts, key=lambda m: (m.low, m.high))
             kept = [m for m in n.parts if m is best or m.high > best.low]
         if self.crossed and len(kept) < 9:
             kept = self._undominated(op, kept)
@@ -225,9 +229,24 @@ class Narrowing:
     def _truth(self, t: Node) -> Truth:
         if t.op != "le":
             return join(t.op, map(self.of, t.parts))
-        a, b = self.of(t.parts[0]), self.of(t.parts[1])
-        found = self.order(a, b, t.parts[2])
-        return Node("le", (a, b, t.parts[2]), a.names | b.names) if found is None else found
+        return self._compared(self.of(t.parts[0]), self.of(t.parts[1]), t.parts[2])
+
+    def _compared(self, a: Node, b: Node, strict: bool) -> Truth:
+        """The order of two numbers; where one is a constant, shared out among the members of the other."""
+        found = self.order(a, b, strict)
+        if found is not None:
+            return found
+        n, bound = (a, b) if a.names else (b, a)
+        if bound.names or n.op not in ("min", "max", "if"):
+            return Node("le", (a, b, strict), a.names | b.names)
+        key = id(n), n is a, strict, bound.low
+        if key not in self.shared:
+            members = n.parts[1:] if n.op == "if" else n.parts
+            parts = [self._compared(m, b, strict) if n is a else self._compared(a, m, strict) for m in members]
+            if n.op == "if":
+                parts = [join("and", [n.parts[0], parts[0]]), join("and", [denied(n.parts[0]), parts[1]])]
+            self.shared[key] = n, join("and" if n.op == ("max" if n is a else "min") else "or", parts)
+        return self.shared[key][1]
 
     def order(self, a: Node, b: Node, strict: bool) -> bool | None:
         """Is `a <= b` (`a < b`) on the whole region (True), nowhere (False), or not known?"""
@@ -238,6 +257,8 @@ class Narrowing:
             return True
         if (a.low >= b.high) if strict else (a.low > b.high):
             return False
+        if a.size * b.size > MANY:
+            return None
         for n, smaller in ((a, True), (b, False)):
             if n.op in ("min", "max", "if"):
                 parts = n.parts[1:] if n.op == "if" else n.parts
@@ -276,7 +297,8 @@ def _some(found: Iterable[bool | None]) -> bool | None:
 def true_on(tree: Json, truth: Truth, region: Region, changed: frozenset[str] | None = None) -> None:
     """Refuse a tree that does not show a truth to hold on all of a region.
 
-    "t": decided by the ends; ["f", [[k, q], ...]]: the region is empty; ["s", [[name, q], ...], c, below, above].
+    "t": decided by the ends; ["f", [[k, q], ...]]: the region is empty; ["<=", [[name, q], ...], c, below, above]:
+    split where the direction is at most c ("<": below c) and where it is not.
     """
     spend(10)
     if tree == "t":
@@ -284,11 +306,11 @@ def true_on(tree: Json, truth: Truth, region: Region, changed: frozenset[str] | 
             raise Refused("a leaf of a region tree leaves the claim open")
     elif isinstance(tree, list) and len(tree) == 2 and tree[0] == "f":
         _empty(tree[1], region)
-    elif isinstance(tree, list) and len(tree) == 5 and tree[0] == "s":
+    elif isinstance(tree, list) and len(tree) == 5 and tree[0] in ("<=", "<"):
         left = Narrowing(region, changed).of(truth)
         terms = _direction(tree[1], region)
         names = frozenset(v for v, _ in terms)
-        for branch, part in zip(tree[3:], region.split(terms, number(tree[2])), strict=True):
+        for branch, part in zip(tree[3:], region.split(terms, tree[0], number(tree[2])), strict=True):
             true_on(branch, left, part, names)
     else:
         raise Refused("a region tree is none")

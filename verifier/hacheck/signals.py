@@ -86,14 +86,16 @@ class Timeline:
         """The greatest time from the beginning of dwell i to that of j."""
         return min(self.highs[j] - self.highs[i], self.dwells[j].last - self.dwells[i].first)
 
-    def before(self, span: tuple[Place, Place], a: Fraction, b: Fraction, sure: bool) -> Iterator[tuple[Place, Place]]:
+    def before(
+        self, span: tuple[Place, Place], a: Fraction, b: Fraction, sure: bool, need: int
+    ) -> Iterator[tuple[Place, Place]]:
         """Where some instant of a span lies in the window [a, b], surely or perhaps; none of them after the span."""
         (j, x, side), (k, y, edge) = span
         if (y, edge) == (ZERO, 0):
             k, y, edge = k - 1, self.dwells[k - 1].high, 1
         reached = (x, side) < (self.dwells[j].low, 1)  # the run surely gets to the span
         ending = min((y, edge), (self.dwells[k].low, 1)) if sure else (y, edge)
-        for i in range(k, -1, -1):
+        for i in range(min(k, need), -1, -1):
             spend(10)
             low, high = (ZERO, 0), (self.dwells[i].high, 1)
             if i < j and (x + self.least(i + 1, j), side) >= (b, 1):
@@ -112,7 +114,7 @@ class Timeline:
             if low < high:
                 yield self.place(i, *low), self.place(i, *high)
 
-    def until(self, x: Signal, y: Signal, a: Fraction, b: Fraction) -> Signal:
+    def until(self, x: Signal, y: Signal, a: Fraction, b: Fraction, need: int) -> Signal:
         """`x until[a, b] y`: what x is at the instant where y holds does not matter."""
         out = []
         for sure in (True, False):
@@ -124,7 +126,7 @@ class Timeline:
                 behind = self.place(i, q, 1) if i < len(self.dwells) else self.end
                 for goal in self.common(goals, [(low, behind)]):
                     for span in [goal] if sure else self.pieces(goal):
-                        seen = self.union(list(self.before(span, a * low_rate, b * high_rate, sure)))
+                        seen = self.union(list(self.before(span, a * low_rate, b * high_rate, sure, need)))
                         found += self.common(seen, [chain])
             out.append(self.union(found))
         return out[0], out[1]
@@ -139,23 +141,20 @@ class Timeline:
         """A set and all instants that a run which leaves early does not have."""
         return self.union(a + [(self.place(i, d.low, 1), (i + 1, ZERO, 0)) for i, d in enumerate(self.dwells)])
 
-    def value(self, e: Json, read: Read, time: Callable[[Json], Fraction]) -> Signal:
-        """Where a formula must and where it may hold."""
+    def value(self, e: Json, read: Read, time: Callable[[Json], Fraction], limit: Fraction = ZERO) -> Signal:
+        """Where a formula must and where it may hold, at instants up to a limit."""
         spend(10)
         if not temporal(e):
             return read(e)
         if e[0] in TEMPORAL:
             a, b = window(e, time)
-            x = self.value(e[3], read, time)
-            if e[0] == "until":
-                return self.until(x, self.value(e[4], read, time), a, b)
-            if e[0] == "eventually":
-                return self.until((self.all, self.all), x, a, b)
-            return self.neg(self.until((self.all, self.all), self.neg(x), a, b))
-        first, *others = (self.value(x, read, time) for x in e[1:])
-        if e[0] == "not":
-            return self.neg(first)
-        if e[0] == "implies":
+            need = max(i for i in range(len(self.dwells)) if self.least(0, i) <= limit)
+            x, *y = (self.value(z, read, time, limit + b * self.rate[1]) for z in e[3:])
+            if e[0] == "globally":
+                return self.neg(self.until((self.all, self.all), self.neg(x), a, b, need))
+            return self.until(x, y[0], a, b, need) if y else self.until((self.all, self.all), x, a, b, need)
+        first, *others = (self.value(x, read, time, limit) for x in e[1:])
+        if e[0] in ("not", "implies"):
             first = self.neg(first)
         join = self.common if e[0] == "and" else lambda s, t: self.union(s + t)
         for other in others:
@@ -286,8 +285,11 @@ class Ways(Signals):
 
     def length(self, i: int) -> Fraction:
         """How long a stay is looked at."""
-        dwell = self.cells.cells[i].stay[1]
-        return self.reach if dwell is None else dwell
+        low, dwell = (self.cells.cells[i].sigma or (None, None))[0], self.cells.cells[i].stay[1]
+        if low is None:
+            raise Refused("a cell is entered at no bounded time")
+        left = max(ZERO, self.reach - low)
+        return left if dwell is None else min(dwell, left)
 
     def prove(self) -> None:
         """The formula holds at the start of every way."""
@@ -309,24 +311,24 @@ class Ways(Signals):
             if low is None or high is None:
                 raise Refused("a cell is entered at no bounded time")
             clock = low, high
-            if cell.stay[1] is None or high + length > self.horizon * self.rate[0]:
+            if cell.stay[1] is None or high + cell.stay[1] > self.horizon * self.rate[0]:
                 self._check([*way, (i, entered, Dwell(length, length, *clock))], False)
-            if self._may_end(i, low + length):
+            if self._may_end(i, low):
                 self._check([*way, (i, entered, Dwell(ZERO, length, *clock))], True)
             for k in self.q.model.leaving[cell.mode]:
                 after, sigma, s = self.cells.outcome(i, k, cell.stay)
                 if after is None or s[0] is None or low + s[0] > self.reach:
                     continue
-                stay = Dwell(s[0], max(s[0], length if s[1] is None else s[1]), *clock)
+                stay = Dwell(s[0], length if s[1] is None else min(s[1], length), *clock)
                 for j in self.located(self.q.setting.a["edges"][k]["target"], after, sigma):
                     pending.append((j, (i, k), [*way, (i, entered, stay)]))
 
-    def _may_end(self, i: int, end: Fraction) -> bool:
+    def _may_end(self, i: int, low: Fraction) -> bool:
         """May a run be stuck in a cell, or have ended there in a state that is not followed?"""
         cell = self.cells.cells[i]
         if self.q.model.scope.modes[cell.mode]["terminal"]:
             moving = any(self.q.model.flow(cell.mode)[1].values())
-            return moving or (cell.stay[1] is not None and end <= self.reach)
+            return moving or (cell.stay[1] is not None and low + cell.stay[1] <= self.reach)
         return not self.cells.never_stuck(i, self.horizon)
 
     def located(self, mode: str, box: Box, sigma: Interval) -> list[int]:

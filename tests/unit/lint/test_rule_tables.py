@@ -92,8 +92,10 @@ TEXT = "relation Text { IC -> MS; LR -> LR; MS -> LR }\n"
 def test_rules_and_a_relation_that_disagree(lint):
     found = lint(table(*RULES, tail=TEXT + CLAIM % "next(c).sub == Text(c.sub)"))
     (d,) = found.of("HA505")
-    assert d.message == ("Partner and Text disagree for 2 of 6: Left MS (0b010): next(c).sub is IC, Text(c.sub) is LR")
-    assert d.notes == ("Right MS (0b110): next(c).sub is IC, Text(c.sub) is LR",)
+    assert d.message == (
+        "Partner and Text disagree for 2 of 6: Left MS (0b010): Partner.next(c).sub is IC, Text(c.sub) is LR"
+    )
+    assert d.notes == ("Right MS (0b110): Partner.next(c).sub is IC, Text(c.sub) is LR",)
     assert d.key == "Partner and Text disagree: Left MS (0b010), Right MS (0b110)"
 
 

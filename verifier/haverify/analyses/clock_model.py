@@ -14,6 +14,7 @@ from haverify.model.hybrid import Assign, HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.formula import Formula, Junction, Literal, conjunction, disjunction
+from haverify.obligations.indicator import chosen, indicator
 from haverify.obligations.translate import Landing, OutsideFragmentError, Scope
 from haverify.text.record import field, holder, record
 
@@ -247,9 +248,20 @@ class ClockModel:
         if isinstance(a.to, Range):
             return Reset(scope.polynomial(a.to.low), scope.polynomial(a.to.high))
         if a.var in self._truths:
-            return _truth_reset(scope, a.to)
-        value = scope.polynomial(a.to)
+            value = indicator(scope.formula(a.to), self._bits)
+        else:
+            value = chosen(scope.cases(a.to), self._bits)
+        if value is None:
+            raise OutsideFragmentError(
+                f"{scope.where} gives `{a.var}` a value that depends on more than truth variables: write one edge "
+                "for each case"
+            )
         return Reset(value, value)
+
+    @cached_property
+    def _bits(self) -> frozenset[str]:
+        """The variables whose values are 0 and 1."""
+        return frozenset(v for v, values in self.discrete.items() if values == (Q(0), Q(1)))
 
     def landing(self, index: int) -> Scope:
         """What names mean just after an edge, in terms of the variables before it (`v'` for chosen values)."""
@@ -293,14 +305,6 @@ def _multiple(rate: Polynomial, rho: Polynomial, mode: str, name: str) -> Q:
     if not factor or rho.scaled(factor) != rate:
         raise OutsideFragmentError(f"`{name}'` in mode {mode} is no rational multiple of the other rates")
     return factor
-
-
-def _truth_reset(scope: Scope, e: Expr) -> Reset:
-    f = scope.formula(e)
-    if isinstance(f, bool):
-        value = constant(1 if f else 0)
-        return Reset(value, value)
-    raise OutsideFragmentError(f"{scope.where} assigns a truth value that depends on the state")
 
 
 def closed(f: Formula) -> Formula:

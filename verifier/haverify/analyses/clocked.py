@@ -44,6 +44,7 @@ class Cells:
     tracked: bool
     cells: list[Cell] = field(default_factory=list)
     trouble: tuple[str, str] | None = None
+    never: dict[object, bool] = field(default_factory=dict)  # by premises: whether they never hold on a run
     _exits: dict[tuple[int, int], Exit | None] = field(default_factory=dict)
     _by_mode: dict[int, list[int]] | None = None
 

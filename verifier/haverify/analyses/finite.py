@@ -19,7 +19,7 @@ from haverify.model.spec import Spec
 from haverify.obligations.obligation import goal_digest
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.finite_truth import USUAL, Finite
-from haverify.solvers.finite_world import Cell, NotFiniteError, World
+from haverify.solvers.finite_world import Cell, NotFiniteError, TooMuchError, World
 from haverify.text.record import replace
 
 Json = Any
@@ -54,9 +54,11 @@ def _either(spec: Spec, claim: Claim, e: Expr, point: Point, units: int) -> Held
     """By trying all values of the bound names; where numbers decide that are not rational, or params, on boxes."""
     try:
         return _enumerated(spec, claim, e, point, units)
+    except TooMuchError as reason:
+        return Held(Unknown("budget", str(reason), next_step="use fewer quantifiers inside each other, or `--budget`"))
     except NotFiniteError as reason:
         if any(n.op in CELLS for n in nodes(e)):
-            return _outside(f"{reason}, beside cells or relations")
+            return _outside(f"{reason}, in a goal about cells or relations")
         return _for_all_params(spec, claim, e, units)
 
 

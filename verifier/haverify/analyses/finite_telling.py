@@ -12,7 +12,7 @@ from haverify.model.spec import Spec
 from haverify.solvers.finite_truth import COMPARED, QUANTIFIERS, Env, Finite
 from haverify.solvers.finite_world import Cell
 
-LISTED = 32
+LISTED = 16
 _LONGEST = 160
 _TERMS = ("next", "apply", "field", "bound")
 
@@ -32,15 +32,23 @@ class Telling:
     # ---- which cells fail --------------------------------------------------------------
 
     def facts(self, e: Expr) -> tuple[str, ...]:
-        """How many cells of the first quantifier fail, and which; for a conjunction, of its first false member."""
+        """How many cells of the first quantifier fail, and which; members of a conjunction without quantifiers."""
         found = self._culprit(e)
         if found is None:
-            return ()
+            return self._members(e) if e.op == "and" else ()
         body = self.finite.body(found, {})
-        cells = _at(body.no, self._cells(found))
-        listed = "; ".join(self._failing(found, c) for c in cells[:LISTED])
-        more = f"; and {len(cells) - LISTED} more" if len(cells) > LISTED else ""
-        return (f"{len(cells)} of {self._concerned(found)} fail: {listed}{more}",)
+        failing = [self._failing(found, c) for c in _at(body.no, self._cells(found))[: LISTED + 1]]
+        return (_counted(body.no.bit_count(), self._concerned(found), failing),)
+
+    def _members(self, e: Expr) -> tuple[str, ...]:
+        """Which members of a conjunction are false, of those that have no premise or a true one."""
+        concerned = [c for c in e.children if c.op != "implies" or self.finite.truth(c.children[0], {}) is True]
+        failing = [c for c in concerned if self.finite.truth(c, {}) is False]
+        return (_counted(len(failing), len(concerned), [self._member(c) for c in failing[: LISTED + 1]]),)
+
+    def _member(self, e: Expr) -> str:
+        sides = next(self._broken(e, {}), None)
+        return self._told(sides, {}) if sides else self.text(e)
 
     def _culprit(self, e: Expr) -> Expr | None:
         """The quantifier `forall` that fails."""
@@ -53,23 +61,25 @@ class Telling:
     def _cells(self, e: Expr) -> tuple[Cell, ...]:
         return self.finite.world.cells(str(e.args[1])).cells
 
-    def _concerned(self, e: Expr) -> str:
+    def _concerned(self, e: Expr) -> int:
         """The cells a quantifier speaks of: those for which the premise holds, where there is one."""
         (body,) = e.children
         count = len(self._cells(e))
         if body.op == "implies":
             premise = Expr(e.op, (e.name, str(e.args[1]), body.children[0]))
             count = self.finite.body(premise, {}).yes.bit_count()
-        return str(count)
+        return count
 
     def _failing(self, e: Expr, cell: Cell) -> str:
         """A cell that fails, with the sides of the comparison that it breaks."""
         label, env = self.finite.world.label(cell), {e.name: cell}
         sides = next(self._broken(e.children[0], env), None)
-        if sides is None:
-            return label
-        told = [f"{self.write(s)} is {self.finite.world.label(self.finite.value(s, env))}" for s in sides]
-        return f"{label}: {' and '.join(dict.fromkeys(told))}"
+        return f"{label}: {self._told(sides, env)}" if sides else label
+
+    def _told(self, sides: tuple[Expr, ...], env: Env) -> str:
+        """What the sides of a comparison come to."""
+        label, value = self.finite.world.label, self.finite.value
+        return " and ".join(dict.fromkeys(f"{self.write(s)} is {label(value(s, env))}" for s in sides))
 
     def _broken(self, e: Expr, env: Env) -> Iterator[tuple[Expr, ...]]:
         """The sides of the comparisons that make a condition false, terms only."""
@@ -137,6 +147,11 @@ class Telling:
     def orbits(self, on: str | None) -> tuple[str, ...]:
         """How the automaton a claim is about leads from cell to cell."""
         return (orbits(self.finite.world, on),) if on in self.finite.world.automata else ()
+
+
+def _counted(count: int, concerned: int, failing: list[str]) -> str:
+    more = f"; and {count - LISTED} more" if count > LISTED else ""
+    return f"{count} of {concerned} fail: {'; '.join(failing[:LISTED])}{more}"
 
 
 def _at(bits: int, cells: tuple[Cell, ...]) -> list[Cell]:

@@ -11,9 +11,10 @@ from typing import Any
 from haverify.analyses.fuzzy_meaning import Meaning, one_sided
 from haverify.analyses.fuzzy_telling import told
 from haverify.analyses.holds import Held
-from haverify.analyses.regions import Region, Truth, both, box, denied, either, holds_at
+from haverify.analyses.regions import Truth, both, denied, either, holds_at
 from haverify.analyses.regions_round import Point, rounded
-from haverify.analyses.regions_search import Search, SpentError, point_of
+from haverify.analyses.regions_sample import sample
+from haverify.analyses.regions_search import SpentError, settle
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
@@ -24,7 +25,7 @@ from haverify.text.record import record
 
 Json = Any
 MODEL = ("constants", "params", "enums", "assumptions", "cellular", "relations", "fuzzy", "tables")
-REGIONS = 20  # regions that one unit of work pays for
+NODES = 500  # nodes of formulas on regions that one unit of work pays for
 
 
 def obligation(core: Mapping[str, Json], claim: Claim, goal: Goal) -> str:
@@ -45,11 +46,6 @@ class Question:
     missed: Truth
     ranges: Mapping[str, tuple[Fraction, Fraction]]
 
-    @property
-    def region(self) -> Region:
-        """The box of all inputs."""
-        return box(self.ranges)
-
 
 def question(spec: Spec, claim: Claim, goal: Goal) -> Question:
     """The goal of a claim; assumptions that bound a side of a fuzzy input's range stand for that side."""
@@ -65,46 +61,45 @@ def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json],
     """The verdict on one goal with its certificate's entry, or why it is not known."""
     try:
         asked = question(spec, claim, goal)
-        return _decided(asked, obligation(core, claim, goal), Search(max(1, units * REGIONS)))
+        return _decided(asked, obligation(core, claim, goal), units * NODES)
     except OutsideFragmentError as e:
         return Held(Unknown("fragment", str(e)))
     except SpentError:
-        reason = f"stopped after {units * REGIONS} regions of the inputs"
+        reason = "the inputs fall into more regions than were looked at"
         return Held(Unknown("budget", reason, next_step="a larger --budget, or assumptions that narrow the inputs"))
 
 
-def _decided(asked: Question, digest: str, search: Search) -> Held:
-    start = admissible(asked, search)
+def _decided(asked: Question, digest: str, nodes: int) -> Held:
+    start = admissible(asked, nodes)
     if start is None:
         return Held(Unknown("vacuous", "no input keeps what is assumed", next_step="weaken the assumptions"))
-    tree = search.tree(either([denied(asked.assumed), asked.wanted]), asked.region)
-    if search.false_on is None:
-        entry = {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": tree}
-        return Held(Proved(), entry)
-    found = point_of(search.false_on)
-    if not holds_at(asked.missed, found):
-        return Held(_undefined(asked, search, found))
     violates = both([asked.assumed, asked.missed])
+    found = sample(violates, asked.ranges) or settle(either([denied(asked.assumed), asked.wanted]), asked.ranges, nodes)
+    if not isinstance(found, dict):
+        return Held(Proved(), {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": found})
+    if not holds_at(asked.missed, found):
+        undefined, found = found, settle(denied(violates), asked.ranges, nodes)
+        if not isinstance(found, dict):
+            return Held(_undefined(asked, undefined))
     point = rounded(found, asked.ranges, lambda p: holds_at(violates, p))
     entry = {"kind": "point", "hash": digest, "point": _numbers(point)}
     witness, facts = told(asked.meaning, point)
-    return Held(Refuted(), entry, witness=witness, facts=facts)
+    return Held(Refuted(), entry, asked.meaning.on or "", witness, facts)
 
 
-def admissible(asked: Question, search: Search) -> Point | None:
+def admissible(asked: Question, nodes: int) -> Point | None:
     """A point of the box that keeps what is assumed, the middle where that does; None where there is none."""
     if any(low > high for low, high in asked.ranges.values()):
         return None
     middle = {v: (low + high) / 2 for v, (low, high) in asked.ranges.items()}
     if holds_at(asked.assumed, middle):
         return middle
-    looked = Search(search.left)
-    looked.tree(denied(asked.assumed), asked.region)
-    return None if looked.false_on is None else dict(point_of(looked.false_on))
+    found = settle(denied(asked.assumed), asked.ranges, nodes)
+    return found if isinstance(found, dict) else None
 
 
-def _undefined(asked: Question, search: Search, found: Mapping[str, Fraction]) -> Unknown:
-    """The claim is not true there, nor false: look for a point where it is false; else say where it means nothing."""
+def _undefined(asked: Question, found: Mapping[str, Fraction]) -> Unknown:
+    """Where the claim is neither true nor false."""
     witness, _ = told(asked.meaning, dict(found))
     where = ", ".join(f"{n} = {v}" for n, v in witness)
     reason = f"something in the claim is not defined at {where}: no rule fires, or a table is read outside its axis"

@@ -100,7 +100,7 @@ class Systems:
         return self._remembered(
             ("strength", name, output, term),
             at,
-            lambda: extreme("max", [ZERO, *(self.premise(name, r.premise, at) for r in rules)]),
+            lambda: extreme("max", [self.premise(name, r.premise, at) for r in rules] or [ZERO]),
         )
 
     def premise(self, name: str, e: Expr, at: Inputs) -> Node:

@@ -36,9 +36,9 @@ def firing(meaning: Meaning, name: str, point: Mapping[str, Fraction]) -> str:
         if strength > 0:
             found.append((-strength, k, f"{rule_name(rule.name, k)} -> {rule.term} {people_text(strength)}"))
     if not found:
-        return f"no rule of {name} fires"
+        return "no rule fires"
     shown = ", ".join(text for _, _, text in sorted(found)[:MOST])
-    return f"{name}: {shown}" + (f" and {len(found) - MOST} more" if len(found) > MOST else "")
+    return shown + (f" and {len(found) - MOST} more" if len(found) > MOST else "")
 
 
 def rule_name(name: str, place: int) -> str:

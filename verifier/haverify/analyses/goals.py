@@ -159,8 +159,11 @@ def _vacuity(setting: Setting, asked: list[Part], judged: list[Judged], cells: C
     if not all(c.op == "implies" for c in members):
         return None
     if any(j.touched for j in judged):
-        premises = dict.fromkeys(c.children[0] for c in members)
-        return vacuous("the premise is never true on any run") if _never_true(setting, premises, cells) else None
+        premises = tuple(dict.fromkeys(c.children[0] for c in members))
+        key = (premises, setting.claim.assume, setting.claim.time, setting.goal.window, setting.goal.within)
+        if key not in cells.never:
+            cells.never[key] = _never_true(setting, premises, cells)
+        return vacuous("the premise is never true on any run") if cells.never[key] else None
     if not asked:
         return vacuous("the premise is never true, whatever the run")
     places = ", ".join(dict.fromkeys(p.where for p in asked[:6]))

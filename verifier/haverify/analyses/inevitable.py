@@ -113,7 +113,8 @@ def _follow(setting: Setting, found: Leading, index: int) -> None:
     short = cell if at is None else replace(cell, dwell=at)
     for k in model.leaving[cell.mode]:
         out = leave(model, short, model.edge(k), None)
-        if out is not None and not met_by_landing(setting, short, out):
+        is_later = out is not None and at is not None and out.dwell[0] >= at  # the goal is met before the jump
+        if out is not None and not is_later and not met_by_landing(setting, short, out):
             found.cells.cells.extend(landed(cell, out, model))
 
 

@@ -59,17 +59,22 @@ class Contexts:
 _LAST: list[Contexts] = []
 
 
-def contexts_of(spec: Spec) -> Contexts:
+def contexts_of(spec: Spec, core: Any = None) -> Contexts:
     """The contexts of a spec; those of the spec asked for last are kept, because its claims come in shares."""
     if not _LAST or _LAST[0].spec is not spec:
-        _LAST[:] = [Contexts(spec)]
+        _LAST[:] = [Contexts(spec, core=core)]
     return _LAST[0]
 
 
-def decide_all(spec: Spec, names: Iterable[str] | None = None, budget: Fraction | None = None) -> dict[str, Evidence]:
-    """What the analyses propose for the named claims (None: all); `budget` scales the work for each, 1 being usual."""
+def decide_all(
+    spec: Spec, names: Iterable[str] | None = None, budget: Fraction | None = None, core: Any = None
+) -> dict[str, Evidence]:
+    """What the analyses propose for the named claims (None: all); `budget` scales the work for each, 1 being usual.
+
+    `core` is the spec's core, where it is at hand.
+    """
     wanted = None if names is None else set(names)
-    contexts = contexts_of(spec)
+    contexts = contexts_of(spec, core)
     units = max(1, int(ENOUGH * (budget if budget is not None else Fraction(1))))
     return {c.name: decide(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
 
@@ -81,6 +86,10 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
         from haverify.analyses.holds import decide_holds
 
         return decide_holds(spec, claim, contexts.core_value(), units)
+    if any(s.name == claim.on for s in spec.systems):
+        from haverify.analyses.networks.decide import decide_network
+
+        return decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
     missing = _missing(spec, claim)
     if missing is not None:
         return Evidence(Unknown("fragment", missing), (), METHOD)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import cached_property
 
 from haverify.analyses.bounds import Interval, narrow
 from haverify.analyses.cell import Cell, Exit
@@ -16,6 +17,7 @@ from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
 from haverify.obligations.constants import Values, rounded
 from haverify.obligations.formula import Formula, Literal, compare, conjunction, disjunction, literals, negation
+from haverify.obligations.horizon import implied_end
 from haverify.obligations.parts import Part
 from haverify.obligations.spread import spread
 from haverify.obligations.translate import OutsideFragmentError, Scope
@@ -43,7 +45,23 @@ class Setting:
         ends = [self._number(e) for e in (self.claim.time, self.goal.within) if e is not None]
         if self.goal.window is not None:
             ends.append(self._number(self.goal.window[1]))
+        if self.implied is not None:
+            ends.append(self.implied)
         return min(ends) if ends else None
+
+    @cached_property
+    def implied(self) -> Q | None:
+        """The last instant at which what is claimed can be false by its own premises."""
+        if self.goal.kind not in ("always", "can_reach"):
+            return None
+        e = self.goal.condition
+        return implied_end(e if self.goal.kind == "always" else Expr("not", (e,)), self._known_number)
+
+    def _known_number(self, e: Expr) -> Q | None:
+        try:
+            return self._number(e)
+        except OutsideFragmentError:
+            return None
 
     def has_instants(self) -> bool:
         """Whether the window and the horizon leave any instant to speak of."""

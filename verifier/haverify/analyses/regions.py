@@ -19,6 +19,7 @@ Terms = tuple[tuple[str, Fraction], ...]
 NUMBERS = frozenset({"lin", "sum", "min", "max", "if"})
 ORIGIN: End = (Fraction(0), 0)
 _FEW = 9  # members of a minimum that are compared with each other
+_MANY = 120  # pairs of parts of two numbers that are compared
 
 
 class Node:
@@ -28,10 +29,11 @@ class Node:
     `le`: (node, node, is it strict).
     """
 
-    __slots__ = ("high", "low", "names", "op", "parts")
+    __slots__ = ("high", "low", "names", "op", "parts", "size")
 
     def __init__(self, op: str, parts: Any, names: frozenset[str], low: End = ORIGIN, high: End = ORIGIN) -> None:
         self.op, self.parts, self.names, self.low, self.high = op, parts, names, low, high
+        self.size: int = sum(n.size for n in parts) if op in ("min", "max") else 1  # in how many parts it is compared
 
 
 Truth = Node | bool
@@ -179,12 +181,12 @@ class Region:
                 low, high = max(low, a), min(high, b)
         return low, high
 
-    def split(self, terms: Terms, at: Fraction) -> tuple[Region, Region]:
-        """Where a direction is at most a number, and where it is above."""
+    def split(self, terms: Terms, relation: str, at: Fraction) -> tuple[Region, Region]:
+        """Where a direction is at most a number (`<=`) or below it (`<`), and the rest."""
         low, high = self.enclose(Fraction(0), terms)
-        return (
-            Region({**self.ends, terms: (low, min(high, (at, 0)))}),
-            Region({**self.ends, terms: (max(low, (at, 1)), high)}),
+        below, above = ((at, 0), (at, 1)) if relation == "<=" else ((at, -1), (at, 0))
+        return Region({**self.ends, terms: (low, min(high, below))}), Region(
+            {**self.ends, terms: (max(low, above), high)}
         )
 
 
@@ -202,6 +204,7 @@ class Narrowing:
     def __init__(self, region: Region, changed: frozenset[str] | None = None) -> None:
         self.region, self.changed = region, changed
         self.done: dict[int, tuple[Node, Any]] = {}
+        self.shared: dict[tuple[int, bool, bool, End], tuple[Node, Truth]] = {}
 
     def of(self, n: Any) -> Any:
         """The node on this region, a truth value where a truth is decided."""
@@ -240,10 +243,10 @@ class Narrowing:
         if n.op != op:
             return n
         if op == "min":
-            best = min(n.parts, key=lambda m: m.high)
+            best = min(n.parts, key=lambda m: (m.high, m.low))
             kept = [m for m in n.parts if m is best or m.low < best.high]
         else:
-            best = max(n.parts, key=lambda m: m.low)
+            best = max(n.parts, key=lambda m: (m.low, m.high))
             kept = [m for m in n.parts if m is best or m.high > best.low]
         if self.region.is_crossed and len(kept) < _FEW:
             kept = self._undominated(op, kept)
@@ -264,9 +267,24 @@ class Narrowing:
     def _truth(self, t: Node) -> Truth:
         if t.op != "le":
             return _join(t.op, map(self.of, t.parts))
-        a, b = self.of(t.parts[0]), self.of(t.parts[1])
-        found = self.order(a, b, t.parts[2])
-        return Node("le", (a, b, t.parts[2]), a.names | b.names) if found is None else found
+        return self._compared(self.of(t.parts[0]), self.of(t.parts[1]), t.parts[2])
+
+    def _compared(self, a: Node, b: Node, strict: bool) -> Truth:
+        """The order of two numbers; where one is a constant, shared out among the members of the other."""
+        found = self.order(a, b, strict)
+        if found is not None:
+            return found
+        n, bound = (a, b) if a.names else (b, a)
+        if bound.names or n.op not in ("min", "max", "if"):
+            return Node("le", (a, b, strict), a.names | b.names)
+        key = id(n), n is a, strict, bound.low
+        if key not in self.shared:
+            parts = [self._compared(m, b, strict) if n is a else self._compared(a, m, strict) for m in _alternatives(n)]
+            self.shared[key] = (
+                n,
+                _chosen(n, parts) if n.op == "if" else _join("and" if (n.op == "max") is (n is a) else "or", parts),
+            )
+        return self.shared[key][1]
 
     def order(self, a: Node, b: Node, strict: bool) -> bool | None:
         """Is `a <= b` (`a < b`) on the whole region (True), nowhere (False), or not known?"""
@@ -276,6 +294,8 @@ class Narrowing:
             return True
         if (a.low >= b.high) if strict else (a.low > b.high):
             return False
+        if a.size * b.size > _MANY:
+            return None
         if a.op in ("min", "max", "if"):
             return _by_parts(a, (self.order(m, b, strict) for m in _alternatives(a)), a.op == "max")
         if b.op in ("min", "max", "if"):
@@ -284,6 +304,12 @@ class Narrowing:
         if high < ORIGIN or (high == ORIGIN and not strict):
             return True
         return False if low > ORIGIN or (low == ORIGIN and strict) else None
+
+
+def _chosen(n: Node, parts: Iterable[Truth]) -> Truth:
+    """What holds of a choice, by what holds of its two numbers."""
+    first, second = parts
+    return either([both([n.parts[0], first]), both([denied(n.parts[0]), second])])
 
 
 def _alternatives(n: Node) -> tuple[Node, ...]:

@@ -6,45 +6,51 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, minus
+from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
+from haverify.analyses.regions_sample import FEW, MANY, sample
 from haverify.analyses.regions_simplex import solve
 from haverify.maths.digits import rational_text
 from haverify.text.record import holder
 
 Json = Any
-Cut = tuple[Terms, Fraction]
+Cut = tuple[Terms, str, Fraction]  # a direction, `<=` or `<`, a number: the points below are on one side
+Point = dict[str, Fraction]
+Ranges = Mapping[str, tuple[Fraction, Fraction]]
+SHORT = 20_000  # nodes of the first search
 ENOUGH = 300  # places that are looked at for a cut
+DEEPEST = 250
 
 
 class SpentError(Exception):
-    """The search looked at as many regions as it may."""
+    """The search did as much work as it may."""
 
 
 @holder
 class Search:
-    """At most `left` regions are looked at; `false_on` is the region in which the truth fails, once found."""
+    """At most `left` nodes are narrowed; `false_on` is the region in which the truth fails, once found."""
 
     left: int
     false_on: Region | None = None
 
-    def tree(self, truth: Truth, region: Region, changed: frozenset[str] | None = None) -> Json:
+    def tree(self, truth: Truth, region: Region, changed: frozenset[str] | None = None, depth: int = 0) -> Json:
         """A tree as docs/core.md section 6 has it; None where the truth fails on a part, which is kept."""
-        self.left -= 1
-        if self.left < 0:
+        narrowing = Narrowing(region, changed)
+        truth = narrowing.of(truth)
+        self.left -= 1 + len(narrowing.done)
+        if self.left < 0 or depth > DEEPEST:
             raise SpentError
-        truth = Narrowing(region, changed).of(truth)
         if truth is True:
             return "t"
         if truth is False:
             return self._empty(region)
-        terms, at = cut(truth, region)
+        terms, relation, at = cut(truth, region)
         names = frozenset(v for v, _ in terms)
         branches = []
-        for part in region.split(terms, at):
-            branches.append(self.tree(truth, part, names))
+        for part in region.split(terms, relation, at):
+            branches.append(self.tree(truth, part, names, depth + 1))
             if self.false_on is not None:
                 return None
-        return ["s", [[v, rational_text(q)] for v, q in terms], rational_text(at), *branches]
+        return [relation, [[v, rational_text(q)] for v, q in terms], rational_text(at), *branches]
 
     def _empty(self, region: Region) -> Json:
         found = solve(region)
@@ -75,19 +81,20 @@ def cut(truth: Node, region: Region) -> Cut:
 
 def _is_inside(c: Cut, region: Region) -> bool:
     low, high = region.enclose(Fraction(0), c[0])
-    return low <= (c[1], 0) and high > (c[1], 0)
+    end = (c[2], 0 if c[1] == "<=" else -1)
+    return low <= end < high
 
 
 def _off_middle(c: Cut, region: Region) -> Fraction:
     (low, _), (high, _) = region.enclose(Fraction(0), c[0])
-    return abs(2 * c[1] - low - high) / (high - low) if high > low else Fraction(1)
+    return abs(2 * c[2] - low - high) / (high - low) if high > low else Fraction(1)
 
 
 def _halved(truth: Node, region: Region) -> Cut:
     """The middle of the widest axis that the truth reads."""
     name = max(sorted(truth.names), key=lambda v: _width(region.ends[axis(v)]))
     (low, _), (high, _) = region.ends[axis(name)]
-    return axis(name), (low + high) / 2
+    return axis(name), "<=", (low + high) / 2
 
 
 def _width(ends: Ends) -> Fraction:
@@ -99,26 +106,26 @@ def _cuts(t: Node) -> Iterator[Cut]:
         for part in t.parts:
             yield from _cuts(part)
     else:
-        yield from _between(t.parts[0], t.parts[1])
+        yield from _between(t.parts[0], t.parts[1], t.parts[2])
 
 
-def _between(a: Node, b: Node) -> Iterator[Cut]:
+def _between(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
     """Where the order of two numbers may change."""
     if not a.names or not b.names:
-        yield from _crossings(a, b)
+        yield from _crossings(a, b, strict)
         return
     inner = [*_inside(a), *_inside(b)]
     yield from inner
-    if not any(len(terms) == 1 for terms, _ in inner):
-        yield from _crossings(a, b)
+    if not any(len(c[0]) == 1 for c in inner):
+        yield from _crossings(a, b, strict)
 
 
-def _crossings(a: Node, b: Node) -> Iterator[Cut]:
+def _crossings(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
     """Where a piece of one number meets a piece of the other."""
     for m in _pieces(a):
         for n in _pieces(b):
             if m.low <= n.high and n.low <= m.high:
-                yield from _zero(minus(m, n))
+                yield from _zero(minus(m, n), strict)
     yield from _conditions(a)
     yield from _conditions(b)
 
@@ -142,13 +149,15 @@ def _conditions(n: Node) -> Iterator[Cut]:
             yield from _conditions(m)
 
 
-def _zero(n: Node) -> Iterator[Cut]:
+def _zero(n: Node, strict: bool = False) -> Iterator[Cut]:
+    """Where a number is at most 0 (less than 0), as a cut along its direction."""
     if n.op == "sum":
         yield from _inside(n)
     elif n.names:
         constant, terms = n.parts
         first = terms[0][1]
-        yield tuple((v, q / first) for v, q in terms), -constant / first
+        relation = "<" if (first > 0) is strict else "<="
+        yield tuple((v, q / first) for v, q in terms), relation, -constant / first
 
 
 def _inside(n: Node) -> Iterator[Cut]:
@@ -178,8 +187,35 @@ def _orders(n: Node) -> Iterator[Cut]:
                 yield from _zero(minus(m, other))
 
 
-def point_of(region: Region) -> Mapping[str, Fraction]:
+# ---- a point, or a tree ---------------------------------------------------------
+
+
+def point_of(region: Region) -> Point:
     """A point of a region that is not empty."""
     found = solve(region)
     assert isinstance(found, dict), "the region is not empty"
     return found
+
+
+def settle(truth: Truth, ranges: Ranges, nodes: int) -> Point | Json:
+    """A point (a dictionary) of the box at which a truth fails, or a tree that shows it to hold.
+
+    A few points are tried, then a short search, then many points, then as long a search as `nodes` allows.
+
+    Raises
+    ------
+    SpentError              where neither was found
+    """
+    for tries, left in ((FEW, min(nodes, SHORT)), (MANY, nodes)):
+        found = sample(denied(truth), ranges, tries)
+        if found is not None:
+            return found
+        search = Search(left)
+        try:
+            tree = search.tree(truth, box(ranges))
+        except SpentError:
+            if left == nodes:
+                raise
+            continue
+        return tree if search.false_on is None else point_of(search.false_on)
+    raise SpentError

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 from haverify.analyses.clock_model import ClockModel
@@ -21,7 +22,7 @@ from haverify.analyses.questions import Setting
 from haverify.analyses.signals_cells import Reading, TooManyError, ways
 from haverify.analyses.signals_formula import Formula, formula_of
 from haverify.analyses.signals_pieces import Item
-from haverify.analyses.signals_runs import Followed, assumed, runs
+from haverify.analyses.signals_runs import MOST_RUNS, Followed, assumed, runs
 from haverify.analyses.violation import on_params
 from haverify.evidence.certificate import run_json
 from haverify.evidence.evidence import PartResult
@@ -34,6 +35,7 @@ from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 Json = Any
+FEW = 3  # runs looked at before a proof is sought
 LEAVES = 48  # shares of the params' and starts' ranges
 
 
@@ -80,6 +82,10 @@ class Search:
         """Prove the formula on a share, or split it."""
         found = Share(model)
         self.leaves += 1
+        if self.leaves == 1:
+            self.run = self._violation(model, 1, FEW)
+            if self.run is not None:
+                return found
         self._prove(found)
         if found.proved or self.run is not None:
             return found
@@ -112,11 +118,11 @@ class Search:
         else:
             self.trouble = ("budget", _told(cells, [v.cell for v in bad.visits], bad.lost))
 
-    def _violation(self, model: ClockModel) -> Followed | None:
-        """A run in a share that violates the formula."""
+    def _violation(self, model: ClockModel, most: int = 32, each: int = MOST_RUNS) -> Followed | None:
+        """A run in a share that violates the formula, for some choices of params and some runs for each."""
         setting = replace(self.setting, model=model)
-        for params in choices(model, {}, on_params(setting)):
-            for run in runs(setting, Motion(model, params), self.stl.horizon()):
+        for params in islice(choices(model, {}, on_params(setting)), most):
+            for run in islice(runs(Motion(model, params), self.stl.horizon()), each):
                 if run.holds(self.stl, self.plain) is False and assumed(setting, run):
                     return run
         return None

@@ -29,7 +29,7 @@ from haverify.text.record import field, holder, record
 Q = Fraction
 Json = Any
 MOST_PATHS = 200
-MOST_DWELLS = 4_000  # of all paths together
+MOST_DWELLS = 3_000  # of all ways together
 EVENTS = frozenset({"jump", "jumped", "pre"})
 
 
@@ -90,8 +90,10 @@ class Reading:
 
     def length(self, i: int) -> Q:
         """How long a stay in a cell is looked at, in scaled time."""
-        dwell = self.cells.cells[i].dwell
-        return self.reach if dwell is None else dwell
+        cell = self.cells.cells[i]
+        assert cell.sigma is not None and cell.sigma.low is not None, "time is followed"
+        left = max(Q(0), self.reach - cell.sigma.low)
+        return left if cell.dwell is None else min(cell.dwell, left)
 
     @property
     def reach(self) -> Q:
@@ -156,7 +158,7 @@ class Reading:
         if visit.entered is not None and any(n.op in EVENTS for n in nodes(atom)):
             landed = self.landing(*visit.entered, atom)
             first: tuple[Cut, Cut] = (ZERO, (Q(0), 1))
-            later: Spans = ((first[1], (max(self.length(visit.cell), visit.high), 1)),)
+            later: Spans = ((first[1], (self.length(visit.cell), 1)),)
             must = joined((*common(must, later), *([first] if landed is not None and landed[0] else [])))
             may = joined((*common(may, later), *([first] if landed is None or landed[0] else [])))
         whole: Spans = ((ZERO, (visit.high, 1)),)
@@ -212,12 +214,12 @@ def ways(reading: Reading) -> Iterator[Way]:
     pending += [(i, None, ()) for i in reversed(first_cells(reading.cells))]
     while pending:
         i, entered, before = pending.pop()
-        spent += 1
-        if spent > MOST_DWELLS or count > MOST_PATHS:
-            raise TooManyError(f"runs go more than {min(count, MOST_PATHS)} ways through {spent} dwells")
         for way in _ends(reading, i, entered, before):
             count += 1
+            spent += len(way.visits)
             yield way
+        if spent > MOST_DWELLS or len(before) > MOST_DWELLS or count > MOST_PATHS:
+            raise TooManyError(f"runs go more than {count} ways through {len(before)} dwells or more")
         pending += reversed([(j, (i, k), (*before, Visit(i, entered, low, high)))
                              for k, low, high, j in onward(reading, i)])  # fmt: skip
 
@@ -225,14 +227,20 @@ def ways(reading: Reading) -> Iterator[Way]:
 def _ends(reading: Reading, i: int, entered: tuple[int, int] | None, before: tuple[Visit, ...]) -> Iterator[Way]:
     """The ways that end in a cell: where the horizon passes, or where a run may have no way on."""
     cells, cell, length = reading.cells, reading.cells.cells[i], reading.length(i)
-    mode = cells.model.mode(cell.mode)
     assert cell.sigma is not None and cell.sigma.high is not None, "time is followed"
     horizon = reading.stl.horizon()
-    if cell.dwell is None or cell.sigma.high + length > horizon * reading.rate[0]:
+    if cell.dwell is None or cell.sigma.high + cell.dwell > horizon * reading.rate[0]:
         yield Way((*before, Visit(i, entered, length, length)), False)
-    moving = mode.terminal and any(mode.slopes.values())
-    if moving or not never_stuck(cells, i, horizon + 0):
+    if _may_end(reading, cell) or not never_stuck(cells, i, horizon):
         yield Way((*before, Visit(i, entered, Q(0), length)), True)
+
+
+def _may_end(reading: Reading, cell: Cell) -> bool:
+    """Whether a run may stop there in a state that the cell does not keep until the horizon (LANGUAGE S12)."""
+    mode = reading.cells.model.mode(cell.mode)
+    assert cell.sigma is not None and cell.sigma.low is not None, "time is followed"
+    short = cell.dwell is not None and cell.sigma.low + cell.dwell <= reading.reach
+    return mode.terminal and (short or any(mode.slopes.values()))
 
 
 def onward(reading: Reading, i: int) -> Iterator[tuple[int, Q, Q, int]]:
@@ -244,10 +252,10 @@ def onward(reading: Reading, i: int) -> Iterator[tuple[int, Q, Q, int]]:
         out = cells.exit(i, k)
         if out is None or cell.sigma.low + out.dwell[0] > reading.reach:
             continue
-        low, high = out.dwell[0], reading.length(i) if out.dwell[1] is None else out.dwell[1]
+        length, (low, high) = reading.length(i), out.dwell
         sigma = out.sigma if out.sigma is not None else Interval()
         for j in located(cells, cells.model.edge(k).target, out.after, sigma):
-            yield k, low, max(low, high), j
+            yield k, low, length if high is None else min(high, length), j
 
 
 def first_cells(cells: Cells) -> list[int]:

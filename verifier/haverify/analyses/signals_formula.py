@@ -60,25 +60,26 @@ class Formula:
             a, b = self.ends(e)
             return Window((a * rate[0], a * rate[1]), (b * rate[0], b * rate[1]))
 
-        def of(e: Expr, up: bool) -> Signal:
+        def of(e: Expr, up: bool, limit: Q) -> Signal:
             if not is_temporal(e):
                 return atom(self.atoms.index(e), up)
-            if e.op == "not":
-                return denied(t, of(e.children[0], not up))
-            if e.op == "implies":
-                return either(denied(t, of(e.children[0], not up)), of(e.children[1], up))
-            if e.op == "globally":
-                return globally(t, of(e.children[2], up), window(e))
-            if e.op == "eventually":
-                return eventually(t, of(e.children[2], up), window(e))
-            if e.op == "until":
-                return until(t, of(e.children[2], up), of(e.children[3], up), window(e))
-            found = of(e.children[0], up)
+            if e.op in TEMPORAL:
+                return over_time(e, up, limit)
+            found = of(e.children[0], up is not (e.op in ("not", "implies")), limit)
+            if e.op in ("not", "implies"):
+                found = denied(t, found)
             for c in e.children[1:]:
-                found = (both if e.op == "and" else either)(found, of(c, up))
+                found = (both if e.op == "and" else either)(found, of(c, up, limit))
             return found
 
-        return of(self.whole, True)
+        def over_time(e: Expr, up: bool, limit: Q) -> Signal:
+            w, need = window(e), t.within(limit)
+            below = [of(c, up, limit + w.b[1]) for c in e.children[2:]]
+            if e.op == "until":
+                return until(t, below[0], below[1], w, need)
+            return (globally if e.op == "globally" else eventually)(t, below[0], w, need)
+
+        return of(self.whole, True, Q(0))
 
 
 def formula_of(e: Expr, number: Callable[[Expr], Q]) -> Formula:

@@ -16,7 +16,7 @@ from haverify.obligations.formula import Formula, literals, negation
 from haverify.text.record import record
 
 Q = Fraction
-FINEST = 8  # halvings of a dwell
+ATTEMPTS = 40  # proofs tried on one dwell
 
 
 @record
@@ -98,15 +98,17 @@ def items(good: Spans, bad: Spans, end: Cut) -> list[Item]:
     return [Item(s[1], value, None if value is None else "u") for s, value in sorted(listed, key=lambda x: x[0])]
 
 
-def divided(low: Q, high: Q, attempt: Callable[[Q, Q], tuple[bool, Tree] | None], depth: int = FINEST) -> list[Item]:
-    """The truth where more is unknown: proofs on the whole, else on halves."""
-    found = attempt(low, high)
-    if found is not None:
-        return [Item((high, 1), *found)]
-    if not depth or low == high:
-        return [Item((high, 1), None)]
-    middle = simple_between(low, high)
-    return [*divided(low, middle, attempt, depth - 1), *divided(middle, high, attempt, depth - 1)]
+def divided(low: Q, high: Q, attempt: Callable[[Q, Q], tuple[bool, Tree] | None]) -> list[Item]:
+    """The truth where more is unknown: proofs on the whole, else on halves, the widest first."""
+    open_, found = [(low, high)], list[tuple[Q, Item]]()
+    for n, (a, b) in enumerate(open_):
+        shown = attempt(a, b) if n < ATTEMPTS else None
+        if shown is None and a < b and n < ATTEMPTS:
+            middle = simple_between(a, b)
+            open_ += [(a, middle), (middle, b)]
+        else:
+            found.append((a, Item((b, 1), *(shown or (None, None)))))
+    return [item for _, item in sorted(found, key=lambda x: x[0])]
 
 
 def merged(found: list[Item]) -> list[Item]:

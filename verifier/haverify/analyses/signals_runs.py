@@ -23,7 +23,7 @@ from haverify.text.record import field, holder
 
 Q = Fraction
 MOST_RUNS = 24
-MOST_JUMPS = 3_000
+MOST_JUMPS = 1_500
 TAIL = Q(1)  # s; a dwell that stands for all that follows the run
 
 
@@ -120,8 +120,8 @@ class Followed:
         return stl.value(self.timeline(), (Q(1), Q(1)), lambda n, up: self.signal(atoms[n][0 if up else 1]))
 
 
-def runs(setting: Setting, motion: Motion, horizon: Q) -> Iterator[Followed]:
-    """Some runs past the horizon (or to where they are stuck) under the motion's params, everything assumed holding."""
+def runs(motion: Motion, horizon: Q) -> Iterator[Followed]:
+    """Some runs past the horizon, or to where they are stuck, under the motion's params."""
     explorer = Explorer(motion, horizon + 1, True)
     stack = [Node(s, None, None) for s in _starts(motion)]
     stack.reverse()

@@ -7,7 +7,7 @@ single-point intervals are all of this form and moving one by a number keeps its
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate
@@ -74,6 +74,10 @@ class Timeline:
         """The greatest time from the beginning of dwell i to that of dwell j >= i."""
         return min(self._highs[j] - self._highs[i], self.dwells[j].clock[1] - self.dwells[i].clock[0])
 
+    def within(self, limit: Q) -> int:
+        """The last dwell that may begin as soon as this after the start."""
+        return max(i for i in range(len(self.dwells)) if self.least(0, i) <= limit)
+
     @cached_property
     def everywhere(self) -> tuple[Spans, ...]:
         """All instants."""
@@ -93,9 +97,17 @@ def joined(spans: Sequence[Span]) -> Spans:
 
 def common(a: Spans, b: Spans) -> Spans:
     """The intersection."""
-    if not a or not b:
-        return ()
-    return joined([(max(x[0], y[0]), min(x[1], y[1])) for x in a for y in b])
+    out: list[Span] = []
+    i = j = 0
+    while i < len(a) and j < len(b):
+        low, high = max(a[i][0], b[j][0]), min(a[i][1], b[j][1])
+        if low < high:
+            out.append((low, high))
+        if a[i][1] <= b[j][1]:
+            i += 1
+        else:
+            j += 1
+    return tuple(out)
 
 
 def rest(a: Spans, whole: Span) -> Spans:
@@ -125,10 +137,10 @@ def either(x: Signal, y: Signal) -> Signal:
     return Signal(tuple(map(union, x.must, y.must)), tuple(map(union, x.may, y.may)))
 
 
-def chains(t: Timeline, sets: Sequence[Spans]) -> list[tuple[Place, Place]]:
+def chains(t: Timeline, sets: Iterable[tuple[int, Spans]]) -> list[tuple[Place, Place]]:
     """The maximal connected parts of a set: from a cut in one dwell to a cut in the same or a later one."""
     found: list[tuple[Place, Place]] = []
-    for i, spans in enumerate(sets):
+    for i, spans in sets:
         for low, high in spans:
             if found and low == ZERO and found[-1][1] == (i - 1, t.dwells[i - 1].end):
                 found[-1] = (found[-1][0], (i, high))
@@ -142,13 +154,13 @@ def shifted(c: Cut, by: Q) -> Cut:
     return (c[0] + by, c[1])
 
 
-def _surely(t: Timeline, first: Place, last: Place, w: Window) -> Iterator[tuple[int, Span]]:
-    """Where an instant in the window certainly lies between the two places."""
+def _surely(t: Timeline, first: Place, last: Place, w: Window, need: int) -> Iterator[tuple[int, Span]]:
+    """Where, in dwells up to `need`, an instant in the window certainly lies between the two places."""
     (j, low), (k, high) = first, last
     a, b = w.a[1], w.b[0]
     certain = low < (t.dwells[j].low, 1)  # that the run gets to where it begins
     end = min(high, (t.dwells[k].low, 1))
-    for i in range(k, -1, -1):
+    for i in range(min(k, need), -1, -1):
         if i < j and (not certain or shifted(low, t.least(i + 1, j)) >= (b, 1)):
             return
         begin = ZERO if i > j else shifted(low, t.most(i, j) - b) if certain else low
@@ -161,11 +173,11 @@ def _surely(t: Timeline, first: Place, last: Place, w: Window) -> Iterator[tuple
         yield i, (max(begin, ZERO), min(until, t.dwells[i].end))
 
 
-def _perhaps(t: Timeline, j: int, span: Span, w: Window) -> Iterator[tuple[int, Span]]:
-    """Where an instant in the window may lie in a span of dwell j."""
+def _perhaps(t: Timeline, j: int, span: Span, w: Window, need: int) -> Iterator[tuple[int, Span]]:
+    """Where, in dwells up to `need`, an instant in the window may lie in a span of dwell j."""
     low, high = span
     a, b = w.a[0], w.b[1]
-    for i in range(j, -1, -1):
+    for i in range(min(j, need), -1, -1):
         if i < j and shifted(low, t.least(i + 1, j)) >= (b, 1):
             return
         ends = shifted(low, t.least(i, j) - b), shifted(high, t.most(i, j) - a)
@@ -186,11 +198,9 @@ def _with_next(t: Timeline, last: Place) -> Place:
     return (k, (cut[0], 1))
 
 
-def _inside(t: Timeline, sets: Sequence[Spans], first: Place, last: Place) -> list[Spans]:
+def _inside(t: Timeline, sets: Sequence[Spans], first: Place, last: Place) -> list[tuple[int, Spans]]:
     """A set cut to what lies between two places."""
-    return [
-        common(s, (_part(t, first, last, i),)) if first[0] <= i <= last[0] else () for i, s in enumerate(sets)
-    ]  # fmt: skip
+    return [(i, common(sets[i], (_part(t, first, last, i),))) for i in range(first[0], last[0] + 1) if sets[i]]
 
 
 def _loose(t: Timeline, sets: Sequence[Spans]) -> list[Spans]:
@@ -198,33 +208,35 @@ def _loose(t: Timeline, sets: Sequence[Spans]) -> list[Spans]:
     return [joined((*s, ((d.low, 1), d.end))) for s, d in zip(sets, t.dwells, strict=True)]
 
 
-def until(t: Timeline, x: Signal, y: Signal, w: Window) -> Signal:
-    """`x until[a, b] y`."""
+def until(t: Timeline, x: Signal, y: Signal, w: Window, need: int) -> Signal:
+    """`x until[a, b] y`, at the instants of dwells up to `need`."""
     must: list[list[Span]] = [list(s) if w.a[1] == 0 else [] for s in y.must]
     may: list[list[Span]] = [list(s) if w.a[0] == 0 else [] for s in y.may]
-    for first, last in chains(t, x.must):
-        goal = _inside(t, y.must, first, _with_next(t, last))
-        for start, end in chains(t, goal):
-            for i, span in _surely(t, start, end, w):
-                if first[0] <= i <= last[0]:
-                    must[i] += common((span,), (_part(t, first, last, i),)) if span[0] < span[1] else ()
-    for first, last in chains(t, _loose(t, x.may)):
-        for j, spans in enumerate(_inside(t, y.may, first, _with_next(t, last))):
+
+    def note(found: list[list[Span]], i: int, span: Span, first: Place, last: Place) -> None:
+        if first[0] <= i <= last[0] and span[0] < span[1]:
+            found[i] += common((span,), (_part(t, first, last, i),))
+
+    for first, last in chains(t, enumerate(x.must)):
+        for start, end in chains(t, _inside(t, y.must, first, _with_next(t, last))):
+            for i, span in _surely(t, start, end, w, need):
+                note(must, i, span, first, last)
+    for first, last in chains(t, enumerate(_loose(t, x.may))):
+        for j, spans in _inside(t, y.may, first, _with_next(t, last)):
             for inner in spans:
-                for i, span in _perhaps(t, j, inner, w):
-                    if first[0] <= i <= last[0]:
-                        may[i] += common((span,), (_part(t, first, last, i),)) if span[0] < span[1] else ()
+                for i, span in _perhaps(t, j, inner, w, need):
+                    note(may, i, span, first, last)
     return Signal(tuple(map(joined, must)), tuple(map(joined, may)))
 
 
-def eventually(t: Timeline, x: Signal, w: Window) -> Signal:
+def eventually(t: Timeline, x: Signal, w: Window, need: int) -> Signal:
     """`eventually[a, b] x`: until, from anything."""
-    return until(t, Signal(t.everywhere, t.everywhere), x, w)
+    return until(t, Signal(t.everywhere, t.everywhere), x, w, need)
 
 
-def globally(t: Timeline, x: Signal, w: Window) -> Signal:
+def globally(t: Timeline, x: Signal, w: Window, need: int) -> Signal:
     """`globally[a, b] x`: not eventually not."""
-    return denied(t, eventually(t, denied(t, x), w))
+    return denied(t, eventually(t, denied(t, x), w, need))
 
 
 def at_start(x: Signal) -> bool | None:

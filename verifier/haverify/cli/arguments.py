@@ -37,6 +37,15 @@ exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong t
 2 call or input cannot be understood. Findings that haverify.lock or @allow accepts are spared in the spec's own text,
 not in its tables; claims that expect a refutation are never a reason for a change."""
 
+_GATE = """\
+Recompute the exit code of a report from its claims and findings; refuse one that is incomplete or contradicts itself.
+With a baseline also fail (exit code 1) where a claim is gone or no longer proved or decided, its trust is weaker, or it
+lost more of its margin than allowed; what else changed is listed, with what differs between the two runs.
+The evidence itself is re-established by `haverify recheck`."""
+
+_PLOT = """\
+Draw the figures of a report folder again, from report.json, core.json and the certificates; nothing is run."""
+
 
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; a command's name is `command`."""
@@ -48,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _repair, _init, _doctor):
+    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _gate, _plot, _repair, _init, _doctor):
         add(commands)
     return top
 
@@ -143,6 +152,21 @@ def _repair(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--diff", action="store_true", help="print the changes as a difference for patch, nothing else")
     p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
+
+
+def _gate(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "gate", _GATE, help="the exit code of a report, and what changed since another")
+    p.add_argument("report", metavar="REPORT.json", help="a report, or its folder")
+    p.add_argument("--baseline", metavar="OLD.json", help="the report to compare with, or its folder")
+    p.add_argument("--max-margin-loss", metavar="SHARE", help="how much of a margin may be lost: 5%% (default: any)")
+    p.add_argument("--format", choices=("text", "json", "github"), help="what to print (default text)")
+
+
+def _plot(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "plot", _PLOT, help="the figures of a report as SVG files")
+    p.add_argument("report", metavar="REPORT.json", help="a report in its folder, or the folder")
+    p.add_argument("-o", "--output", metavar="DIR", help="where they go (default: figures/ in the report folder)")
+    p.add_argument("-p", "--property", metavar="NAME", help="those of one claim only")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -117,6 +117,8 @@ def _next(env: Env, callee: Symbol, node: t.Call) -> Typed:
 
 def _covered(env: Env, callee: Symbol, node: t.Call) -> Typed:
     controller: FuzzyController = callee.payload
+    if not env.is_claim:
+        env.ctx.fail("HA105", f"{callee.name}() has a meaning in claims only", node.span)
     if callee.name == "covered":
         return _covers(env, controller, node)
     (argument,) = arguments(env, node, 1, callee.name)

@@ -35,9 +35,7 @@ def enter_cellular(entries: Entries, item: t.Item, decl: t.Cellular) -> None:
         env.ctx.report("HA105", f"{decl.name} does not say what its cells are: `cell C = A ++ B`", decl.name_span)
         symbol.state = "lost"
         return
-    cell = Symbol("cell", lines[0].name, lines[0].span, state="pending", used=True)
-    cell.make = lambda: _cells(env, cell, lines[0])
-    env.ctx.define(env.scope.names, lines[0].name, cell, "cell")
+    cell = _declared_cells(env, lines[0])
 
     def make() -> None:
         entries.models[symbol] = _automaton(env, symbol, item, decl, env.ctx.use(cell, None).payload)
@@ -45,8 +43,22 @@ def enter_cellular(entries: Entries, item: t.Item, decl: t.Cellular) -> None:
     symbol.make = make
 
 
+def _declared_cells(env: Env, line: t.CellLine) -> Symbol:
+    """The cells of an automaton; those of another one where the line is the same."""
+    old = env.scope.names.get(line.name)
+    if old is not None and old.kind == "cell" and old.type == f"{line.first} {line.second}":
+        return old
+    cell = Symbol("cell", line.name, line.span, f"{line.first} {line.second}", state="pending", used=True)
+    cell.make = lambda: _cells(env, cell, line)
+    env.ctx.define(env.scope.names, line.name, cell, "cell")
+    return cell
+
+
 def _cells(env: Env, symbol: Symbol, line: t.CellLine) -> None:
     first, second = (_enum(env, name, line) for name in (line.first, line.second))
+    if first.name.lower() == second.name.lower():
+        told = f"both parts of {symbol.name} would be called '{first.name.lower()}': two enumerations are needed"
+        env.ctx.fail("HA105", told, line.span)
     symbol.payload = CellSet(symbol.name, first, second)
 
 

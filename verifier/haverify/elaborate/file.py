@@ -43,6 +43,7 @@ def elaborate_files(ctx: Context, tree: t.Tree) -> list[FileScope]:
     _reserve_names(ctx, tree)
     _enter_file(ctx, tree, "", found)
     scopes = list(found.values())
+    found[tree.path].is_root = True
     for scope in scopes:
         _assumptions(scope)
         scope.entries.settle()
@@ -54,11 +55,10 @@ def _enter_file(ctx: Context, tree: t.Tree, prefix: str, found: dict[str, FileSc
         return found[tree.path].env.scope
     scope = Scope("", items=tree.items)
     env = Env(ctx, scope)
-    file = FileScope(tree, env, Entries(env, _namer(ctx, prefix)), prefix, not found and not prefix)
+    file = FileScope(tree, env, Entries(env, _namer(ctx, prefix)), prefix, False)
     for item in tree.items:
         if isinstance(item.body, t.Import):
             _enter_import(ctx, file, item.body, found)
-    file.is_root = prefix == "" and not any(f.is_root for f in found.values()) and file.is_root
     found[tree.path] = file
     _enter_items(file)
     return scope

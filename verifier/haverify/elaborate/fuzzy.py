@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 
+from haverify.diagnostics.diagnostic import Label
 from haverify.elaborate import arithmetic as A
 from haverify.elaborate.calls import declared_type
 from haverify.elaborate.declare import Entries
@@ -101,8 +103,24 @@ def _term(env: Env, term: t.FuzzyTerm, unit: Unit | None) -> Term:
         env.ctx.unknown("shape", term.shape, "fuzzy terms", term.span, _CORNERS)
     if len(term.corners) != _CORNERS[term.shape]:
         env.ctx.fail("HA105", f"{term.shape}() takes {_CORNERS[term.shape]} corners", term.span)
-    corners = [to_unit(env.ctx, real(env, c), unit, f"term {term.name}", c.span) for c in term.corners]
-    return Term(term.name, term.shape, tuple(_exact(env, c, term) for c in corners), term.span)
+    given = [to_unit(env.ctx, real(env, c), unit, f"term {term.name}", c.span) for c in term.corners]
+    corners = tuple(_exact(env, c, term) for c in given)
+    _check_order(env, term, corners)
+    return Term(term.name, term.shape, corners, term.span)
+
+
+def _check_order(env: Env, term: t.FuzzyTerm, corners: tuple[Fraction, ...]) -> None:
+    """The corners of a triangle or trapezoid ascend; a ramp rises or falls."""
+    if term.shape == "ramp":
+        if corners[0] == corners[1]:
+            env.ctx.report("HA201", f"ramp of {term.name}: its two corners are equal", term.corners[1].span)
+        return
+    for k, (a, b) in enumerate(pairwise(corners)):
+        if a > b:
+            told = f"corners of {term.name} do not ascend"
+            labels = (Label(term.corners[k].span),)
+            env.ctx.report("HA201", told, term.corners[k + 1].span, label="below the corner before", labels=labels)
+            return
 
 
 def _known_terms(inputs: list[FuzzyInput], chained: dict[str, Controller]) -> dict[str, tuple[str, ...]]:
@@ -163,4 +181,5 @@ def _scoped(env: Env, model: FuzzyController, chained: dict[str, Controller]) ->
             env.ctx.used_values.update((o, term) for o in env.ctx.values.get(term, []))
     for word in ("covered", "max_firing", "strength"):
         claims.names[word] = Symbol("fuzzyword", word, payload=model, used=True)
+        inner.names.setdefault(word, claims.names[word])
     return Controller(model, inner, claims, named, {})

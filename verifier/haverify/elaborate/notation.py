@@ -214,16 +214,20 @@ def _apply(n: Notation, e: Expr) -> Written:
     return _ATOM, f"{e.name}({n.text(e.children[0])})"
 
 
+def _stepped(n: Notation, e: Expr) -> Written:
+    return _ATOM, f"{e.name}.{e.op}({n.text(e.children[0])})"
+
+
 def _related(n: Notation, e: Expr) -> Written:
     return _ATOM, f"related({e.name}, {n.text(e.children[0])})"
 
 
 def _covered(n: Notation, e: Expr) -> Written:
-    return _ATOM, f"covered({e.args[1]}, {n.text(e.children[0])})"
+    return _ATOM, f"{e.args[0]}.covered({e.args[1]}, {n.text(e.children[0])})"
 
 
 def _firing(n: Notation, e: Expr) -> Written:
-    return _ATOM, f"{e.op}({e.args[1]})"
+    return _ATOM, f"{e.args[0]}.{e.op}({e.args[1]})"
 
 
 def _cell(n: Notation, e: Expr) -> Written:
@@ -245,6 +249,7 @@ _WRITERS: dict[str, Callable[[Notation, Expr], Written]] = {
     **dict.fromkeys(("globally", "eventually"), _temporal),
     **dict.fromkeys(("forall", "exists", "unique"), _quantifier),
     **dict.fromkeys(("at", "jump"), _about),
+    **dict.fromkeys(("next", "unique_rule"), _stepped),
     **dict.fromkeys(("table", "net"), _column),
     **dict.fromkeys(("max_firing", "strength"), _firing),
 }  # fmt: skip

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.evidence.evidence import Evidence, PartResult, Rounding, Sensitivity
+from haverify.evidence.network_run import Moment, NetworkRun
 from haverify.evidence.run import Run, Step
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
@@ -30,6 +31,7 @@ def evidence_to(e: Evidence) -> dict[str, Any]:
         "run": _run_to(e.run),
         "notes": list(e.notes),
         "witness": [list(w) for w in e.witness],
+        "trace": _trace_to(e.trace),
     }
 
 
@@ -51,6 +53,7 @@ def evidence_from(value: Any, cells: dict[str, dict[str, Any]]) -> Evidence:
             run=_run_from(value["run"]),
             notes=_texts(value["notes"]),
             witness=tuple((_text(name), _text(given)) for name, given in value["witness"]),
+            trace=_trace_from(value["trace"]),
         )
     except (KeyError, TypeError, AttributeError, ZeroDivisionError, IndexError) as e:
         raise ValueError(f"not an evidence: {e!r}") from e
@@ -129,6 +132,25 @@ def _run_from(value: Any) -> Run | None:
     mode, values, params, steps, last = value
     walked = tuple(Step(_fraction(dwell), int(edge), _values_from(chosen)) for dwell, edge, chosen in steps)
     return Run(_text(mode), _values_from(values), _values_from(params), walked, _fraction(last))
+
+
+def _trace_to(run: NetworkRun | None) -> Any:
+    if run is None:
+        return None
+    moments = [
+        [list(m.names), [list(p) for p in m.modes], _values_to(m.values), rational_text(m.dwell)] for m in run.moments
+    ]
+    return [moments, _values_to(run.end)]
+
+
+def _trace_from(value: Any) -> NetworkRun | None:
+    if value is None:
+        return None
+    moments = []
+    for names, modes, values, dwell in value[0]:
+        entered = tuple((_text(part), _text(mode)) for part, mode in modes)
+        moments.append(Moment(_texts(names), entered, _values_from(values), _fraction(dwell)))
+    return NetworkRun(tuple(moments), _values_from(value[1]))
 
 
 def _values_to(values: tuple[tuple[str, Fraction], ...]) -> list[list[str]]:

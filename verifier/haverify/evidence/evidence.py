@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from haverify.evidence.network_run import NetworkRun
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Verdict
 from haverify.text.record import field, record
@@ -65,3 +66,4 @@ class Evidence:
     run: Run | None = None
     notes: tuple[str, ...] = ()
     witness: tuple[tuple[str, str], ...] = ()  # names and values that decide a claim without time
+    trace: NetworkRun | None = None  # the run of a system

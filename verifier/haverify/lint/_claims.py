@@ -29,6 +29,21 @@ def conjuncts(e: Expr) -> Iterator[Expr]:
         yield e
 
 
+def modes_of(automaton: HybridAutomaton, premise: Expr) -> frozenset[str] | None:
+    """The modes while dwelling in which a premise is true; None where it speaks of more than modes."""
+    if premise.op == "at":
+        return frozenset({premise.name})
+    if premise.op not in ("and", "or", "not"):
+        return None
+    parts = [modes_of(automaton, c) for c in premise.children]
+    known = [p for p in parts if p is not None]
+    if len(known) < len(parts):
+        return None
+    if premise.op == "not":
+        return frozenset(m.name for m in automaton.modes) - known[0]
+    return frozenset.intersection(*known) if premise.op == "and" else frozenset.union(*known)
+
+
 def situations(facts: Facts, automaton: HybridAutomaton, e: Expr) -> Iterator[tuple[Frame, Mode, Edge | None]]:
     """Every mode while dwelling in it, then after each edge into it; those that `e` names come first."""
     named = {n.name for n in nodes(e) if n.op in ("at", "jump")}

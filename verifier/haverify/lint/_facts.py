@@ -95,7 +95,7 @@ class Facts:
 
     def modes(self, automaton: HybridAutomaton) -> dict[str, Mode]:
         """The modes of an automaton by name."""
-        return {m.name: m for m in automaton.modes}
+        return self.remembered(("modes", automaton.name), lambda: {m.name: m for m in automaton.modes})
 
     # ---- resets ------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label
-from haverify.lint._claims import always_goals, conjuncts
+from haverify.lint._claims import always_goals, conjuncts, modes_of
 from haverify.lint._clock import curve
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
@@ -15,8 +15,7 @@ from haverify.model.claim import Claim
 from haverify.model.expression import Expr, nodes, rebuild
 from haverify.model.hybrid import HybridAutomaton, Mode
 from haverify.model.spec import Cell, Spec
-from haverify.solvers.frame import Frame
-from haverify.solvers.literals import TooManyCasesError, cases, number_of
+from haverify.solvers.literals import number_of
 from haverify.text.record import record
 
 Q = Fraction
@@ -31,6 +30,16 @@ class Stated:
     mode: Mode
     low: Q
     high: Q
+
+
+@record
+class Bound:
+    """A number below (`side` is `>`) or above (`<`) which an output stays in a mode."""
+
+    mode: str
+    side: str
+    value: Q
+    output: Expr
 
 
 @record
@@ -64,42 +73,39 @@ def _stated(facts: Facts, automaton: HybridAutomaton, claim: Claim) -> Iterator[
     for goal in always_goals(claim):
         if goal.window is not None:
             continue
-        parts = list(conjuncts(goal.condition))
-        for mode in automaton.modes:
-            bounds: dict[str, list[tuple[str, Q, Expr]]] = {}
-            for c in parts:
-                bound = _bound(facts, automaton, mode, c)
-                if bound is not None:
-                    bounds.setdefault(bound[2].name, []).append(bound)
-            for found in bounds.values():
-                low = max((v for side, v, _ in found if side == ">"), default=None)
-                high = min((v for side, v, _ in found if side == "<"), default=None)
+        bounds: dict[str, dict[str, list[Bound]]] = {}
+        for c in conjuncts(goal.condition):
+            for bound in _bounds(facts, automaton, c):
+                bounds.setdefault(bound.mode, {}).setdefault(bound.output.name, []).append(bound)
+        for mode in map(facts.modes(automaton).__getitem__, bounds):
+            for found in bounds[mode.name].values():
+                low = max((b.value for b in found if b.side == ">"), default=None)
+                high = min((b.value for b in found if b.side == "<"), default=None)
                 if low is not None and high is not None and low < high:
-                    yield Stated(claim, found[0][2], mode, low, high)
+                    yield Stated(claim, found[0].output, mode, low, high)
 
 
-def _bound(facts: Facts, automaton: HybridAutomaton, mode: Mode, e: Expr) -> tuple[str, Q, Expr] | None:
-    """Side, number and output of a conjunct `output < number` that applies while dwelling in the mode."""
-    if e.op == "implies":
-        premise, conclusion = e.children
-        return _bound(facts, automaton, mode, conclusion) if _is_true(facts, automaton, mode, premise) else None
+def _bounds(facts: Facts, automaton: HybridAutomaton, e: Expr) -> Iterator[Bound]:
+    """What a conjunct `output < number` says, for each mode in which it applies while dwelling."""
+    applies: frozenset[str] | None = None
+    while e.op == "implies":
+        premise, e = e.children
+        modes = modes_of(automaton, premise)
+        if modes is None:
+            return
+        applies = modes if applies is None else applies & modes
     if e.op not in ("<", "<=", ">", ">="):
-        return None
+        return
     left, right = e.children
     side = e.op[0]
     if right.op == "let":
         left, right, side = right, left, "<" if side == ">" else ">"
-    value = number_of(right, facts.frame(automaton, mode)) if left.op == "let" else None
-    return None if value is None else (side, value, left)
-
-
-def _is_true(facts: Facts, automaton: HybridAutomaton, mode: Mode, premise: Expr) -> bool:
-    if any(n.op not in ("at", "or", "and", "not") for n in nodes(premise)):
-        return False
-    try:
-        return cases(premise, Frame(facts.scope(automaton), mode, jump="")) == [()]
-    except TooManyCasesError:
-        return False
+    if left.op == "let":
+        modes_by_name = facts.modes(automaton)
+        for name in modes_by_name if applies is None else sorted(applies & modes_by_name.keys()):
+            value = number_of(right, facts.frame(automaton, modes_by_name[name]))
+            if value is not None:
+                yield Bound(name, side, value, left)
 
 
 def _check(facts: Facts, automaton: HybridAutomaton, stated: Stated, cells: dict[str, Cell]) -> Diagnostic | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.lint._claims import always_goals, conjuncts, situations
+from haverify.lint._claims import always_goals, conjuncts, modes_of, situations
 from haverify.lint._facts import Facts
 from haverify.lint._reach import live_edges, reached_modes
 from haverify.lint._registry import rule
@@ -27,13 +27,17 @@ def vacuous_claim(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
         if automaton is not None and facts.has_start(automaton):
             premises = [c.children[0] for g in always_goals(claim) for c in conjuncts(g.condition) if c.op == "implies"]
             for premise in dict.fromkeys(premises):
-                if is_never_true(facts, automaton, premise):
+                key = "never true", automaton.name, premise
+                if facts.remembered(key, lambda a=automaton, p=premise: is_never_true(facts, a, p)):  # type: ignore[misc]
                     yield _finding(facts, claim, premise)
 
 
 def is_never_true(facts: Facts, automaton: HybridAutomaton, premise: Expr) -> bool:
     """Whether a condition certainly holds at no instant of a run."""
     reached = reached_modes(facts, automaton)
+    named = modes_of(automaton, premise)
+    if named is not None:
+        return not named & reached
     live = {id(e) for e in live_edges(facts, automaton)}
     for frame, mode, edge in situations(facts, automaton, premise):
         is_possible = mode.name in reached if edge is None else id(edge) in live and edge.source in reached

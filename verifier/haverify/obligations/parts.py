@@ -91,7 +91,7 @@ def output_of(e: Expr) -> str:
 
 def relevant_modes(conjunct: Expr) -> frozenset[str] | None:
     """The modes outside which a dwelling state satisfies the conjunct by its shape alone; None: no such restriction."""
-    return _possible(conjunct.children[0]) if conjunct.op == "implies" else None
+    return _possible(conjunct.children[0]) if conjunct.op in ("implies", "not") else None
 
 
 def _possible(premise: Expr) -> frozenset[str] | None:

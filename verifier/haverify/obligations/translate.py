@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import reduce
 from itertools import product
+from operator import mul
 
 from haverify.maths.bernstein import Box, bounds
 from haverify.maths.polynomial import ONE, Polynomial, constant, total, variable
@@ -221,7 +223,12 @@ def _sum(scope: Scope, e: Expr) -> list[Case]:
 
 
 def _product(scope: Scope, e: Expr) -> list[Case]:
-    result, *rest = [scope.cases(c) for c in e.children]
+    parts = [scope.cases(c) for c in e.children]
+    if all(len(p) == 1 and p[0].condition is True and p[0].denominator is UNIT for p in parts):
+        whole = reduce(mul, [p[0].numerator for p in parts])
+        if len(whole.whole) <= MOST_TERMS:
+            return [Case(True, whole)]
+    result, *rest = parts
     for p in rest:
         result = _combine(scope, result, p, _times)
     return result
@@ -251,8 +258,9 @@ def _inverse(scope: Scope, c: Case) -> Case:
 
 
 def _power(scope: Scope, e: Expr) -> list[Case]:
-    exponent = e.args[1] if isinstance(e.args[1], Fraction) else scope.polynomial(e.children[1]).constant
-    if exponent is None or exponent.denominator != 1 or abs(exponent) > HIGHEST_POWER:
+    written = e.children[1]
+    exponent = written.args[0] if written.op == "num" else scope.polynomial(written).constant
+    if not isinstance(exponent, Fraction) or exponent.denominator != 1 or abs(exponent) > HIGHEST_POWER:
         raise OutsideFragmentError(f"{scope.where} reads a power whose exponent is no integer up to {HIGHEST_POWER}")
     base = scope.cases(e.children[0])
     if exponent < 0:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+from haverify.evidence.verdict import Margin, Refuted
 from haverify.lint._facts import Facts
 from haverify.lint._wording import quantity
 from haverify.repair.backwards import Backwards, backwards
 from haverify.repair.change import Change
 from haverify.repair.effect import Effect
 from haverify.repair.proposal import Proposal
+from haverify.repair.subject import Subject
+from haverify.repair.told import near
 from haverify.repair.trial import Trials
 
 MOST_SHOWN = 3
@@ -29,36 +34,61 @@ def bound_repairs(trials: Trials, taken: set[str]) -> list[Proposal]:
 
 
 def _proposal(trials: Trials, pair: Backwards) -> Proposal | None:
-    """The exchange if it makes a claim come true; else the change that does; else whatever puts the two in order."""
-    sound: list[tuple[Change, Effect]] = []
+    """The exchange, if claims are violated less after it; else the change after which they are violated least."""
+    written = _misses(trials.before)
+    sound: list[tuple[Fraction, Change, Effect, str]] = []
     for change in pair.changes(trials.before.text.sources):
-        effect = trials.of(change)
-        if effect is not None and effect.findings and not effect.worse:
-            sound.append((change, effect))
-            if change.kind == "bounds" and _proves(effect):
-                break
+        effect, after = trials.of(change), trials.after([change])
+        if effect is None or after is None or not effect.findings or effect.worse:
+            continue
+        then = _misses(after)
+        moved = [k for k in written.keys() | then.keys() if written.get(k) != then.get(k)]
+        gain = sum((_excess(written, k) - _excess(then, k) for k in moved), Fraction(0))
+        sound.append((gain, change, effect, _told(written, then, moved)))
+        if change.kind == "bounds" and gain > 0:
+            break
     if not sound:
         return None
-    most = max(_proves(e) for _, e in sound)
-    best = [(c, e) for c, e in sound if _proves(e) == most]
-    first, effect = min(best, key=lambda b: b[0].order())
-    equals = [c for c, _ in best if c is not first and (c.kind == first.kind or first.kind != "bounds")]
-    return Proposal(
-        first, effect, (_now(pair), _then(most)), tuple(equals[:MOST_SHOWN]), max(0, len(equals) - MOST_SHOWN)
-    )
+    most = max(s[0] for s in sound)
+    best = sorted((s for s in sound if s[0] == most), key=lambda s: s[1].order())
+    _, change, effect, told = best[0]
+    equals = [s[1] for s in best[1:]]
+    return Proposal(change, effect, (_now(pair), told), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:]))
 
 
-def _proves(effect: Effect) -> int:
-    """How many violated parts are gone: the evidence beyond the order of the two."""
-    return len(effect.mended) + len(effect.better) + len(effect.fewer)
+_Misses = dict[tuple[str, int], Margin | None]
+
+
+def _misses(subject: Subject) -> _Misses:
+    """The margins of violated parts, by claim and number."""
+    found: _Misses = {}
+    for name, evidence in subject.evidence.items():
+        for k, p in enumerate(evidence.parts):
+            if isinstance(p.verdict, Refuted):
+                found[name, k] = p.verdict.margin
+    return found
+
+
+def _excess(misses: _Misses, part: tuple[str, int]) -> Fraction:
+    margin = misses.get(part)
+    return -margin.low if margin is not None else Fraction(0)
+
+
+def _told(written: _Misses, then: _Misses, moved: list[tuple[str, int]]) -> str:
+    """What the claims that read the cells make of a change."""
+    if not moved:
+        return "no claim tells whether they are right then"
+    worst = max((_excess(written, k), _unit(written, k)) for k in moved)
+    left = max((_excess(then, k), _unit(then, k)) for k in moved)
+    after = f"by at most {near(*left)} then" if any(k in then for k in moved) else "not at all then"
+    return f"what claims state by them is violated by up to {near(*worst)} as written, {after}"
+
+
+def _unit(misses: _Misses, part: tuple[str, int]) -> str:
+    margin = misses.get(part)
+    return margin.unit if margin is not None else ""
 
 
 def _now(pair: Backwards) -> str:
     low, high = pair.low, pair.high
     return f"{low.column} = {quantity(low.number, None)} is above {high.column} = {quantity(high.number, None)}"
-
-
-def _then(proved: int) -> str:
-    if proved:
-        return "then the range holds what the model does there"
-    return "then they are in order; no claim tells whether they are right"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
 
-from haverify.lint._clock import Curve, cells_of, curve
+from haverify.lint._clock import Curve, cells_of, curve, polynomial
 from haverify.lint._facts import Facts
 from haverify.model.expression import Expr, nodes, number, rebuild
 from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Output
@@ -18,6 +18,7 @@ Q = Fraction
 Numbers = Mapping[str, Q]
 Key = tuple[str, str, str]  # automaton, mode, output
 Line = tuple[str, int]  # file, row
+Own = tuple[tuple[str, Q], ...]  # other numbers for constants that a row reads
 
 AS_WRITTEN: Numbers = {}
 
@@ -64,10 +65,11 @@ class Joint:
 
 @holder
 class Curves:
-    """The rows and joints of all clock-driven automata of a spec; `memory` keeps what was computed."""
+    """The rows and joints of all clock-driven automata of a spec."""
 
     facts: Facts
-    memory: dict[object, tuple[Q, Q] | None] = field(default_factory=dict)
+    _curves: dict[tuple[Key, Own], Curve] = field(default_factory=dict)
+    _ranges: dict[tuple[Key, Own], tuple[Q, Q]] = field(default_factory=dict)
 
     @cached_property
     def rows(self) -> dict[Key, Row]:
@@ -77,8 +79,11 @@ class Curves:
         for automaton in self.facts.spec.automata if by_name else ():
             if cells_of(self.facts, automaton) is not None:
                 for row in _rows(self.facts, automaton, by_name):
-                    found[row.key] = row
-        return {k: r for k, r in found.items() if curve(self.facts, r.automaton, r.mode, r.expr) is not None}
+                    written = curve(self.facts, automaton, row.mode, row.expr)
+                    if written is not None:
+                        found[row.key] = row
+                        self._curves[row.key, ()] = written
+        return found
 
     @cached_property
     def joints(self) -> list[Joint]:
@@ -112,17 +117,16 @@ class Curves:
                 found.setdefault(key, []).append(j)
         return found
 
-    def own(self, key: Key, numbers: Numbers) -> tuple[tuple[str, Q], ...]:
+    def own(self, key: Key, numbers: Numbers) -> Own:
         """Those of the numbers that a row reads."""
         return tuple((c.constant, numbers[c.constant]) for c in self.rows[key].cells if c.constant in numbers)
 
     def range(self, key: Key, numbers: Numbers = AS_WRITTEN) -> tuple[Q, Q]:
         """The least and greatest value of an output in its mode."""
         own = self.own(key, numbers)
-        known = self.memory.get((key, own))
-        if known is None:
-            known = self.memory[key, own] = self._curve(key, own).extremes()
-        return known
+        if (key, own) not in self._ranges:
+            self._ranges[key, own] = self._curve(key, own).extremes()
+        return self._ranges[key, own]
 
     def move(self, key: Key, numbers: Numbers = AS_WRITTEN) -> Q:
         """How far an output goes within its mode."""
@@ -134,26 +138,21 @@ class Curves:
         return self._value(joint.after, joint.at[1], numbers) - self._value(joint.before, joint.at[0], numbers)
 
     def _value(self, key: Key, at: Q, numbers: Numbers) -> Q:
-        own = self.own(key, numbers)
-        known = self.memory.get((key, own, at))
-        if known is None:
-            found = self._curve(key, own)
-            value = found.poly.value({found.variable: at})
-            known = self.memory[key, own, at] = (value, value)
-        return known[0]
+        found = self._curve(key, self.own(key, numbers))
+        return found.poly.value({found.variable: at})
 
-    def _curve(self, key: Key, own: tuple[tuple[str, Q], ...]) -> Curve:
-        row = self.rows[key]
-        changed = _with(row.expr, dict(own)) if own else row.expr
-        found = curve(self.facts, row.automaton, row.mode, changed)
-        if found is None:  # constant under these numbers: no variable is left
-            return _flat(self.facts, row, changed)
-        return found
+    def _curve(self, key: Key, own: Own) -> Curve:
+        if (key, own) not in self._curves:
+            row, written = self.rows[key], self._curves[key, ()]
+            poly = polynomial(self.facts, row.automaton, row.mode, _with(row.expr, dict(own)))
+            assert poly is not None, "a number for a cell adds no cases"
+            self._curves[key, own] = Curve(poly, written.variable, written.over)
+        return self._curves[key, own]
 
     def _instants(self, automaton: HybridAutomaton, index: int, before: Key, after: Key) -> tuple[Q, Q] | None:
         """The only values that the clock has when the edge is taken, None where there are several or none."""
         cells = cells_of(self.facts, automaton)
-        clocks = {self._clock(before), self._clock(after)}
+        clocks = {self._curve(k, ()).variable for k in (before, after)}
         if cells is None or len(clocks) != 1:
             return None
         (clock,) = clocks
@@ -168,11 +167,6 @@ class Curves:
             if low is not None and low == high and then_low is not None and then_low == then_high
             else None
         )
-
-    def _clock(self, key: Key) -> str:
-        row = self.rows[key]
-        found = curve(self.facts, row.automaton, row.mode, row.expr)
-        return found.variable if found is not None else ""
 
 
 def _rows(facts: Facts, automaton: HybridAutomaton, by_name: Mapping[str, Cell]) -> Iterator[Row]:
@@ -195,13 +189,3 @@ def _with(e: Expr, numbers: Numbers) -> Expr:
     if e.op == "const" and e.name in numbers:
         return number(numbers[e.name], e.unit, e.span)
     return rebuild(e, lambda child: _with(child, numbers))
-
-
-def _flat(facts: Facts, row: Row, e: Expr) -> Curve:
-    """A curve without a variable in it, over the clock values of the row as it is written."""
-    from haverify.lint._clock import polynomial
-
-    written = curve(facts, row.automaton, row.mode, row.expr)
-    poly = polynomial(facts, row.automaton, row.mode, e)
-    assert written is not None and poly is not None, "a row has a curve, and a number for a cell adds no cases"
-    return Curve(poly, written.variable, written.over)

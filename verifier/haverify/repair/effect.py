@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from haverify.repair.subject import Subject
 from haverify.report.gate import expected
@@ -13,9 +13,9 @@ from haverify.text.record import record
 class Effect:
     """Compared with the spec as written, exactly decided both times.
 
-    `findings` are gone, `mended` claims are no longer violated against expectation, `fewer` parts no longer violated
-    at all; `better` claims are proved although a refutation is expected. `worse` are claims that were fine before and
-    are not; `come` are findings that are new, or were there all the time and hidden behind those that are gone.
+    `findings` are gone, `mended` claims are as expected and were not, `fewer` parts of others no longer violated;
+    `better` claims are proved although a refutation is expected. `worse` are claims that were as expected and are not;
+    `come` are findings that are new, or were there all the time and hidden behind those that are gone.
     """
 
     findings: tuple[str, ...]
@@ -36,16 +36,16 @@ class Effect:
         return bool(self.findings or self.mended or self.fewer or self.better)
 
 
-def effect(before: Subject, after: Subject, names: Iterable[str]) -> Effect:
-    """The difference between two subjects that are linted and decided as far as `names` go."""
-    both = [n for n in names if n in before.evidence and n in after.evidence]
+def effect(before: Subject, after: Subject) -> Effect:
+    """The difference between two subjects that are linted and decided."""
+    both = [n for n in before.evidence if n in after.evidence]
     gone = [k for k in before.findings if k not in after.findings]
     come = [k for k in after.findings if k not in before.findings]
-    mended = [n for n in both if before.broken(n) and not after.broken(n) and after.verdict(n) != "unknown"]
+    mended = [n for n in both if not before.is_expected(n) and after.is_expected(n)]
     better = [n for n in both if _is_better(before, after, n)]
-    fewer = [f"{n} ({p})" for n in both if n not in better for p in _healed(before, after, n)]
+    fewer = [f"{n} ({p})" for n in both if n not in (*better, *mended) for p in _healed(before, after, n)]
     return Effect(
-        tuple(gone), tuple(mended), tuple(fewer), tuple(better), tuple(_worse(before, after, both)), tuple(come)
+        tuple(gone), tuple(mended), tuple(fewer), tuple(better), tuple(_worse(before, after, both, better)), tuple(come)
     )
 
 
@@ -61,10 +61,7 @@ def _is_better(before: Subject, after: Subject, name: str) -> bool:
     )
 
 
-def _worse(before: Subject, after: Subject, names: Iterable[str]) -> Iterable[str]:
+def _worse(before: Subject, after: Subject, names: Iterable[str], better: Collection[str]) -> Iterable[str]:
     for n in names:
-        came = [p for p in after.violated(n) if p not in before.violated(n)]
-        if came:
-            yield f"{n}: {came[0]}"
-        elif after.verdict(n) == "unknown" and before.verdict(n) != "unknown":
-            yield f"{n}: undecided"
+        if before.is_expected(n) and not after.is_expected(n) and n not in better:
+            yield f"{n}: {after.verdict(n)}"

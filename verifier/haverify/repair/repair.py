@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from haverify.diagnostics.diagnostic import Edit
 from haverify.repair.bound_repairs import bound_repairs
@@ -11,7 +11,7 @@ from haverify.repair.effect import Effect, effect
 from haverify.repair.proposal import Outcome, Proposal
 from haverify.repair.subject import Subject, hash_edits
 from haverify.repair.table_repairs import table_repairs
-from haverify.repair.text_search import MOST_PER_PROBLEM, TextSearch
+from haverify.repair.text_search import TextSearch
 from haverify.repair.trial import Trials
 from haverify.report.gate import expected
 from haverify.text.record import record
@@ -29,11 +29,11 @@ def repair(before: Subject, accepted: Collection[str], only: str | None = None) 
     proposals, hopeless = table_repairs(trials, only)
     if only is None:
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
-    state = (trials.after(_edits(proposals), list(before.claims)) if proposals else None) or before
-    search = TextSearch(trials, frozenset(t.limit.claim for h in hopeless for t in h.troubles if t.limit))
+    state = (trials.after([p.change for p in proposals]) if proposals else None) or before
+    search = TextSearch(trials)
     proposals += search.search(asked.findings(state), asked.claims(state))
     state, together, kept = _together(trials, proposals)
-    remarks = [*_undecided(before, asked), *([f"only {MOST_PER_PROBLEM} changes were tried"] if search.was_cut else [])]
+    remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
     edits = _edits(kept)
     return Outcome(
         tuple(kept), together, (*edits, *hash_edits(before.text, list(edits))),
@@ -59,11 +59,14 @@ class _Asked:
 
     def left(self, subject: Subject, hopeless: Iterable[Hopeless]) -> Iterator[str]:
         """The problems of a subject, in words."""
+        broken = self.claims(subject)
         for h in hopeless:
+            if not any(t.limit is not None and t.limit.is_firm and t.limit.claim in broken for t in h.troubles):
+                continue
             lines = ", ".join(f"{path}:{row}" for path, row in h.lines)
             yield f"{lines}: no single change of a cell makes the row fit"
         yield from (f"finding {k}" for k in self.findings(subject))
-        yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in self.claims(subject))
+        yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in broken)
 
 
 def _edits(proposals: Iterable[Proposal]) -> tuple[Edit, ...]:
@@ -71,16 +74,27 @@ def _edits(proposals: Iterable[Proposal]) -> tuple[Edit, ...]:
 
 
 def _together(trials: Trials, proposals: list[Proposal]) -> tuple[Subject, Effect | None, list[Proposal]]:
-    """All proposals that do not touch one place twice, in order of place, and what they do together."""
+    """The proposals that go together, in order of place, and what they do together.
+
+    One that touches a place a second time, or undoes what those before it mend, is left out.
+    """
     kept: list[Proposal] = []
-    for p in proposals:
-        if not any(_meet(a, b) for a in p.change.edits for b in _edits(kept)):
-            kept.append(p)
-    names = list(trials.before.claims)
-    after = trials.after(_edits(kept), names) if kept else None
-    if after is None:
-        return trials.before, None, kept
-    return after, effect(trials.before, after, names), sorted(kept, key=_place)
+    state = trials.before
+    for added in (proposals, *([p] for p in proposals)):
+        if len(kept) < len(proposals):
+            after = _joined(trials, [*kept, *added])
+            kept, state = ([*kept, *added], after) if after is not None else (kept, state)
+    return state, effect(trials.before, state) if kept else None, sorted(kept, key=_place)
+
+
+def _joined(trials: Trials, proposals: Sequence[Proposal]) -> Subject | None:
+    """The subject after all proposals, None where one touches a place again or undoes what another mends."""
+    edits = _edits(proposals)
+    if any(_meet(a, b) for k, a in enumerate(edits) for b in edits[:k]):
+        return None
+    after = trials.after([p.change for p in proposals]) if edits else None
+    mended = [n for p in proposals for n in p.effect.mended]
+    return after if after is not None and not any(after.broken(n) for n in mended if n in after.claims) else None
 
 
 def _meet(a: Edit, b: Edit) -> bool:

@@ -15,7 +15,7 @@ from haverify.repair.proposal import Outcome, Proposal
 from haverify.text.source import Source
 
 Sources = Mapping[str, Source]
-_MOST_NAMED = 4
+_MOST_NAMED, _MOST_LEFT, _LONGEST = 4, 8, 100
 _CARRIER = "HA212"  # any code: only the excerpt of a finding is used
 
 
@@ -68,9 +68,13 @@ def _reasons(e: Effect) -> Iterator[str]:
 
 
 def _named(names: Iterable[str]) -> str:
-    found = list(names)
+    found = [_clipped(" ".join(n.split())) for n in names]
     more = len(found) - _MOST_NAMED
     return "; ".join(found[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
+
+
+def _clipped(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
 
 
 def changed_lines(edits: Iterable[Edit], sources: Sources) -> Iterator[str]:
@@ -85,7 +89,9 @@ def changed_lines(edits: Iterable[Edit], sources: Sources) -> Iterator[str]:
 
 def _closing(path: str, o: Outcome) -> Iterator[str]:
     yield from (f"note: {r}" for r in o.remarks)
-    yield from (f"left: {text}" for text in o.left)
+    yield from (f"left: {_clipped(' '.join(text.split()))}" for text in o.left[:_MOST_LEFT])
+    if len(o.left) > _MOST_LEFT:
+        yield f"left: {len(o.left) - _MOST_LEFT} more (`--format json` lists all)"
     if not o.proposals:
         yield f"{path}: something is wrong, and no small change mends it"
         return

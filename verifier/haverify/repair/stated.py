@@ -83,6 +83,8 @@ def _of_goal(facts: Facts, automaton: HybridAutomaton, claim: Claim, index: int,
             low = max((s.low for s in found if s.low is not None), default=None)
             high = min((s.high for s in found if s.high is not None), default=None)
             is_firm = _is_firm(claim, index, where, output, recorded)
+            if low is not None and high is not None and low > high:
+                continue  # the claim itself is wrong and says nothing about the output
             yield Limit(claim.name, automaton.name, where, edge, output, low, high, is_firm)
 
 

@@ -100,6 +100,11 @@ class Subject:
             p for p in self.violated(name) if p not in known
         )  # fmt: skip
 
+    def is_expected(self, name: str) -> bool:
+        """Whether a decided claim came out as its spec expects."""
+        wanted = expected(self.claims[name])
+        return wanted == "unknown" or (self.verdict(name) == wanted and not self.broken(name))
+
     def edited(self, edits: Iterable[Edit]) -> Subject:
         """The subject after edits, read anew; neither linted nor decided."""
         return read(edited_text(self.text, list(edits)), self.recorded)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.model.claim import Claim
@@ -27,14 +27,16 @@ def _line(text: Text, span: Span) -> Span:
     return Span(span.path, span.start, end if end >= 0 else len(source.text))
 
 
-def claim_spans(text: Text, claim: Claim) -> list[Span]:
-    """The goals of a claim and what it assumes, as written."""
+def claim_spans(text: Text, claim: Claim, goals: Collection[int]) -> list[Span]:
+    """The goals of these numbers (none: all) of a claim and what it assumes, as written."""
     name = claim.name.split("[")[0]
     for tree in text.trees:
         for item in tree.items:
             body = item.body
             if isinstance(body, t.Property) and body.declared.name == name:
-                return [line.span for line in body.lines if isinstance(line.body, t.Goal | t.Assume | t.Horizon)]
+                stated = [line.span for line in body.lines if isinstance(line.body, t.Goal)]
+                others = [line.span for line in body.lines if isinstance(line.body, t.Assume | t.Horizon)]
+                return [g for k, g in enumerate(stated) if not goals or k in goals] + others
             if isinstance(body, t.Invariant) and body.declared.name == name:
                 return [item.span]
     return []

@@ -1,138 +1,182 @@
-"""Proposals in the text of a spec: what its findings propose, and slips in the lines that a problem points at."""
+"""Proposals in the text of a spec: what its findings propose, and slips in the lines that problems point at."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
-from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.evidence.verdict import Margin, Unknown
+from haverify.diagnostics.codes import severity
+from haverify.diagnostics.diagnostic import Diagnostic, Severity
+from haverify.evidence.verdict import Refuted, Unknown
+from haverify.maths.exact import parse_decimal
 from haverify.repair.change import Change
 from haverify.repair.effect import Effect
 from haverify.repair.proposal import Proposal
+from haverify.repair.subject import Subject
 from haverify.repair.suspects import claim_spans, finding_spans, model_spans
 from haverify.repair.trial import Trials
 from haverify.repair.written import written_changes
-from haverify.text.record import holder, record
+from haverify.text.record import field, holder, record
 from haverify.text.span import Span
 
-MOST_PER_PROBLEM = 150
+MOST_WORK = 2_000_000  # code points read in trials
 MOST_SHOWN = 3
 
-_CLASS = {"bounds": 0, "fix": 1, "strictness": 2, "bit": 3, "cells": 4}
-"""A change that helps only at one point, or in one way, is better evidence than a number that may be many others."""
+_CLASS = {"bounds": 0, "fix": 1, "strictness": 2, "bit": 3}
+_COINCIDENT, _ANY = 4, 5
+"""A change that helps only at one point, or in one way, is better evidence than a number that may be many others; of
+numbers those are likelier that the spec has elsewhere too."""
 
-_GENTLE = ("HA204", "HA205", "HA304", "HA305", "HA401", "HA404", "HA602", "HA604", "HA606")
+_GENTLE = ("HA204", "HA205", "HA212", "HA213", "HA304", "HA305", "HA401", "HA404", "HA602", "HA604", "HA606")
 """Findings that other numbers would silence without being righter: only their own fix and strictness are tried."""
+
+_NUMERAL = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_IN_CLAIM, _IN_MODEL = Fraction(1, 4), Fraction(1)
+"""Which share of the old violation the new margin may have, where a claim is changed and where the model is."""
+
+
+@record
+class _Candidate:
+    """A change to try; for the sake of `claim`, where it has one, whose new margin may have a `share` of the old."""
+
+    change: Change
+    claim: str | None = None
+    share: Fraction = _IN_MODEL
 
 
 @record
 class _Try:
     change: Change
+    solves: frozenset[str]
     effect: Effect
+    is_known: bool  # the new number stands elsewhere in the spec
 
-    def rank(self) -> tuple[int, int, int]:
-        return (-self.effect.solved, _CLASS.get(self.change.kind, 5), -len(self.effect.better))
+    def rank(self, left: frozenset[str]) -> tuple[int, int, int]:
+        other = _COINCIDENT if self.is_known else _ANY
+        return (-len(self.solves & left), _CLASS.get(self.change.kind, other), -len(self.effect.better))
 
 
 @holder
 class TextSearch:
-    """A search for changes in the spec's text; `hopeless` are problems that tables are to blame for."""
+    """A search for changes in a spec's text, likelier places first, until nothing is left or the work is done."""
 
     trials: Trials
-    hopeless: frozenset[str] = frozenset()
+    tried: list[_Try] = field(default_factory=list)
+    seen: set[object] = field(default_factory=set)
     was_cut: bool = False
 
     def search(self, findings: Sequence[str], claims: Sequence[str]) -> list[Proposal]:
-        """A proposal for each problem that one change solves; a change that solves several is proposed once."""
-        found: list[Proposal] = []
-        solved: set[str] = set()
-        for key in findings:
-            if key not in solved:
-                self._add(found, solved, self._of_finding(key))
-        for name in claims:
-            if name not in solved and name not in self.hopeless:
-                self._add(found, solved, self._of_claim(name))
-        return found
+        """The fewest changes that solve most; those that do as well are said with each."""
+        problems = frozenset([*findings, *claims])
+        proposals: list[Proposal] = []
+        left = problems
+        for stage in self._stages(findings, claims):
+            if not left:
+                break
+            self._try_all(stage)
+            proposals, left = self._chosen(problems)
+        return proposals
 
-    def _add(self, found: list[Proposal], solved: set[str], proposal: Proposal | None) -> None:
-        if proposal is not None:
-            found.append(proposal)
-            solved |= {*proposal.effect.findings, *proposal.effect.mended}
-
-    def _of_finding(self, key: str) -> Proposal | None:
-        d = self.trials.before.findings[key]
-        candidates = list(self._proposed(d))
-        for span in finding_spans(self.trials.before.text, d):
-            candidates += [c for c in self._written(span) if c.kind == "strictness" or d.code not in _GENTLE]
-        return _best([t for t in self._tried(candidates) if key in t.effect.findings])
+    def _stages(self, findings: Sequence[str], claims: Sequence[str]) -> Iterator[Iterator[_Candidate]]:
+        """What findings propose; the places of errors; those of warnings; what claims say; what they are about."""
+        found = [self.trials.before.findings[k] for k in findings]
+        yield (_Candidate(c) for d in found for c in self._proposed(d))
+        for wanted in (Severity.ERROR, Severity.WARNING):
+            yield (_Candidate(c) for d in found if severity(d) is wanted for c in self._of_finding(d))
+        yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_spans(self._goals(n)))
+        before = self.trials.before
+        about = {n: model_spans(before.text, before.claims[n]) for n in claims}
+        yield (_Candidate(c, n) for n, spans in about.items() for c in self._of_spans(spans))
 
     def _proposed(self, d: Diagnostic) -> Iterator[Change]:
-        """What the finding itself proposes."""
-        if d.fix is not None and d.fix.edits and d.fix.edits[0].span.path in self.trials.before.text.sources:
-            kind = "bounds" if d.code == "HA201" else "fix"
-            source = self.trials.before.text.sources[d.fix.edits[0].span.path]
-            yield Change(kind, d.fix.edits, f"line {source.position(d.fix.edits[0].span.start)[0]}")
+        sources = self.trials.before.text.sources
+        if d.fix is not None and d.fix.edits and d.fix.edits[0].span.path in sources:
+            first = d.fix.edits[0].span
+            line = sources[first.path].position(first.start)[0]
+            yield Change("bounds" if d.code == "HA201" else "fix", d.fix.edits, f"line {line}")
 
-    def _of_claim(self, name: str) -> Proposal | None:
+    def _of_finding(self, d: Diagnostic) -> Iterator[Change]:
+        changes = self._of_spans(finding_spans(self.trials.before.text, d))
+        return (c for c in changes if c.kind == "strictness" or d.code not in _GENTLE)
+
+    def _goals(self, name: str) -> list[Span]:
         before = self.trials.before
-        claim = before.claims[name]
-        own = [c for span in claim_spans(before.text, claim) for c in self._written(span)]
-        model = [c for span in model_spans(before.text, claim) for c in self._written(span)]
-        tried = [t for t in self._tried([*own, *model], name) if name in t.effect.mended]
-        stated = {id(c) for c in own}
-        return _best([t for t in tried if id(t.change) not in stated or self._is_tight(t.change, name)])
+        goals = {p.goal for p in before.evidence[name].parts if isinstance(p.verdict, Refuted)}
+        return claim_spans(before.text, before.claims[name], goals)
 
-    def _written(self, span: Span) -> list[Change]:
-        source = self.trials.before.text.sources.get(span.path)
-        return written_changes(source, span) if source is not None else []
+    def _of_spans(self, spans: Iterable[Span]) -> Iterator[Change]:
+        for span in spans:
+            source = self.trials.before.text.sources.get(span.path)
+            yield from written_changes(source, span) if source is not None else ()
 
-    def _tried(self, changes: Iterable[Change], name: str | None = None) -> list[_Try]:
-        """The changes that help and make nothing worse; with `name`, those after which this claim is as expected."""
-        found, seen = [], set[tuple[object, ...]]()
-        for change in changes:
-            if change.edits in seen:
+    # ---- trials ------------------------------------------------------------------
+
+    def _try_all(self, candidates: Iterable[_Candidate]) -> None:
+        """Try what was not tried yet, as long as there is work left."""
+        before = self.trials.before
+        size = sum(len(before.text.sources[tree.path].text) for tree in before.text.trees)
+        for c in candidates:
+            known = any(t.change.edits == c.change.edits for t in self.tried)
+            if known or (c.change.edits, c.claim) in self.seen:
                 continue
-            if len(seen) >= MOST_PER_PROBLEM:
+            if (len(self.seen) + 1) * size > MOST_WORK:
                 self.was_cut = True
-                break
-            seen.add(change.edits)
-            effect = self._effect(change, name)
-            if effect is not None and effect.helps and not effect.worse and not effect.come:
-                found.append(_Try(change, effect))
-        return found
+                return
+            self.seen.add((c.change.edits, c.claim))
+            self._try(c)
 
-    def _effect(self, change: Change, name: str | None) -> Effect | None:
-        """The whole effect, asked for only where the claim in question comes out as expected."""
-        if name is not None:
-            alone = self.trials.before.edited(change.edits)
-            if not alone.has_meaning or name not in alone.claims:
-                return None
-            alone.decide([name])
-            if alone.broken(name) or alone.verdict(name) == "unknown":
-                return None
-        return self.trials.of(change)
+    def _try(self, c: _Candidate) -> None:
+        """Keep a change that solves something and makes nothing worse."""
+        if not self._is_worth_it(c):
+            return
+        effect = self.trials.of(c.change)
+        if effect is not None and effect.solved and not effect.worse and not effect.come:
+            solves = frozenset((*effect.findings, *effect.mended))
+            self.tried.append(_Try(c.change, solves, effect, self._is_known(c.change)))
 
-    def _is_tight(self, change: Change, name: str) -> bool:
-        """Whether a changed claim says about what is the case: any weaker claim would be true as well."""
-        if change.kind in ("strictness", "bounds", "bit"):
-            return True
-        after = self.trials.before.edited(change.edits)
-        after.decide([name])
+    def _is_worth_it(self, c: _Candidate) -> bool:
+        """A first look, before all claims are decided: the claim in question alone, or the findings."""
+        before, after = self.trials.before, self.trials.before.edited(c.change.edits)
+        if not after.has_meaning:
+            return False
+        if c.claim is None:
+            after.lint()
+            return after.has_meaning and before.findings.keys() > after.findings.keys()
+        if c.claim not in after.claims:
+            return False
+        after.decide([c.claim])
+        if not after.is_expected(c.claim):
+            return False
+        return c.change.kind in _CLASS or self._is_tight(after, c.claim, c.share)
+
+    def _is_tight(self, after: Subject, name: str, share: Fraction) -> bool:
+        """Whether a claim says about what is then the case: far off the mark, a number makes it true by accident."""
         now, then = (s.evidence[name].verdict for s in (self.trials.before, after))
         if isinstance(now, Unknown) or isinstance(then, Unknown):
             return False
-        return _margin(then.margin) * 4 <= -_margin(now.margin)
+        return now.margin is None or then.margin is None or then.margin.low <= -now.margin.low * share
 
+    def _is_known(self, change: Change) -> bool:
+        """Whether the new number stands elsewhere in the file, and is one that does not stand everywhere."""
+        first = change.edits[0]
+        value = parse_decimal(first.text)
+        if value is None or abs(value) in (0, 1):
+            return False
+        text = self.trials.before.text.sources[first.span.path].text
+        rest = text[: first.span.start] + " " + text[first.span.end :]
+        return any(parse_decimal(m) == value for m in _NUMERAL.findall(rest))
 
-def _margin(margin: Margin | None) -> Fraction:
-    return Fraction(0) if margin is None else margin.low
+    # ---- choice ------------------------------------------------------------------
 
-
-def _best(tried: Sequence[_Try]) -> Proposal | None:
-    if not tried:
-        return None
-    best = min(t.rank() for t in tried)
-    first, *others = sorted((t for t in tried if t.rank() == best), key=lambda t: t.change.order())
-    equals = tuple(t.change for t in others)
-    return Proposal(first.change, first.effect, (), equals[:MOST_SHOWN], max(0, len(equals) - MOST_SHOWN))
+    def _chosen(self, problems: frozenset[str]) -> tuple[list[Proposal], frozenset[str]]:
+        """Changes that solve the problems, those first that solve most of what is left, and what they leave."""
+        found, left = list[Proposal](), problems
+        while helpful := [t for t in self.tried if t.solves & left]:
+            ranks = {id(t): t.rank(left) for t in helpful}
+            best = min(ranks.values())
+            first, *others = sorted((t for t in helpful if ranks[id(t)] == best), key=lambda t: t.change.order())
+            equals = [t.change for t in others if t.solves & left == first.solves & left]
+            found.append(Proposal(first.change, first.effect, (), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:])))
+            left -= first.solves
+        return found, left

@@ -22,10 +22,11 @@ def change_text(change: Change) -> str:
     return f"{change.what}: {KINDS[change.kind]}, {texts}"
 
 
-def near(value: Q, unit: Unit | None) -> str:
+def near(value: Q, unit: Unit | str | None) -> str:
     """A computed value to three decimals, with its unit; of small ones, what there is."""
     rounded = Q(round(value * 1000), 1000)
-    return quantity(rounded if rounded else value, unit)
+    shown = quantity(rounded or value, unit if isinstance(unit, Unit) else None)
+    return f"{shown} {unit}" if isinstance(unit, str) and unit else shown
 
 
 def row_notes(fit: Fit, choice: Choice, numbers: Numbers) -> tuple[str, ...]:

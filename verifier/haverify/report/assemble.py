@@ -16,6 +16,7 @@ from haverify.report import report
 from haverify.report.exit_codes import OK
 from haverify.report.gate import Judgement, expected, word
 from haverify.report.numbers import margin
+from haverify.report.trace import describe_trace
 from haverify.report.walk import describe
 from haverify.text.record import record
 from haverify.text.source import Source
@@ -138,7 +139,10 @@ class Assembler:
 
     def run(self, claim: Claim, evidence: Evidence) -> report.Run | None:
         """The run that decides the claim: the evidence's own, else that of the first violated part."""
-        bad = next((p for p in evidence.parts if isinstance(p.verdict, Refuted) and p.run is not None), None)
+        has_run = evidence.trace is not None
+        bad = next((p for p in evidence.parts if isinstance(p.verdict, Refuted) and (p.run or has_run)), None)
+        if evidence.trace is not None and not isinstance(evidence.verdict, Unknown):
+            return describe_trace(self.spec, claim.on or "", evidence.trace, bad.text if bad is not None else None)
         run = evidence.run or (bad.run if bad else None)
         if run is None or claim.on not in self.automata or isinstance(evidence.verdict, Unknown):
             return None

@@ -9,6 +9,7 @@ from haverify.maths.digits import rational_text
 from haverify.maths.exact import people_text
 from haverify.report.report import Margin
 
+_LONG = 8000  # characters of a rational that is still read back
 _DIGITS = 10  # up to so many significant digits are written as they are; longer decimals are rounded
 
 
@@ -27,3 +28,15 @@ def margin(m: verdict.Margin | None) -> Margin | None:
         return None
     value = rational_text(m.low) if m.low == m.high else [rational_text(m.low), rational_text(m.high)]
     return Margin(value, decimal((m.low + m.high) / 2), m.unit, m.at)
+
+
+def ends(m: Margin) -> tuple[Fraction, Fraction] | None:
+    """The ends of a margin's enclosure, the same where it is exact; None where a text is no such number."""
+    texts = [m.value] if isinstance(m.value, str) else m.value
+    if not 1 <= len(texts) <= 2 or any(len(t) > _LONG for t in texts):
+        return None
+    try:
+        numbers = [Fraction(t) for t in texts]
+    except (ValueError, ZeroDivisionError):
+        return None
+    return (numbers[0], numbers[-1]) if numbers[0] <= numbers[-1] else None

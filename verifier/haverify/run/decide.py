@@ -47,13 +47,13 @@ def decide(spec: Spec, names: Sequence[str], core: Mapping[str, Any], folder: Re
     """
     keys = _Keys(core, names)
     kept = keys.fetch() if plan.use_cache else {}
-    solved = solve(spec, [n for n in names if n not in kept], plan.budget, plan.jobs)
+    solved = solve(spec, [n for n in names if n not in kept], plan.budget, plan.jobs, core)
     proposed = {**kept, **solved.evidence}
     try:
         answers = _ask(folder, proposed, plan.base)
         doubtful = [n for n in kept if n in answers and answers[n].word == "refused"]
         if doubtful:
-            again = solve(spec, doubtful, plan.budget, plan.jobs)
+            again = solve(spec, doubtful, plan.budget, plan.jobs, core)
             solved = solved.and_then(again)
             proposed = {n: e for n, e in proposed.items() if n not in doubtful} | again.evidence
             answers = _ask(folder, proposed, plan.base)

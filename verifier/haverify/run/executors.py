@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import Any
 
 from haverify.evidence.evidence import Evidence
 from haverify.model.spec import Spec
@@ -36,7 +37,7 @@ class Solved:
         )
 
 
-def solve(spec: Spec, names: Sequence[str], budget: Fraction, jobs: int) -> Solved:
+def solve(spec: Spec, names: Sequence[str], budget: Fraction, jobs: int, core: Any = None) -> Solved:
     """What the analyses propose for the named claims; the same for any number of jobs.
 
     An exception in an analysis costs its claims and is a fault; an interrupt keeps what is done.
@@ -45,7 +46,7 @@ def solve(spec: Spec, names: Sequence[str], budget: Fraction, jobs: int) -> Solv
         return Solved()
     parts = list(_shares(spec, names, jobs))
     if jobs <= 1 or len(parts) == 1:
-        return _one_by_one(spec, parts, budget)
+        return _one_by_one(spec, parts, budget, core)
     return _by_processes(spec, parts, budget, jobs)
 
 
@@ -60,28 +61,35 @@ def _shares(spec: Spec, names: Sequence[str], jobs: int) -> Iterator[list[str]]:
         yield from (group[k : k + size] for k in range(0, len(group), size))
 
 
-def _one_by_one(spec: Spec, parts: Sequence[list[str]], budget: Fraction) -> Solved:
+def _one_by_one(spec: Spec, parts: Sequence[list[str]], budget: Fraction, core: Any) -> Solved:
     solved = Solved()
     try:
         for part in parts:
-            solved = solved.and_then(_share(spec, part, budget))
+            _add(solved, _share(spec, part, budget, core))
     except KeyboardInterrupt:
         solved.is_interrupted = True
     return solved
 
 
-def _share(spec: Spec, names: list[str], budget: Fraction) -> Solved:
+def _add(total: Solved, part: Solved) -> None:
+    """Take in the answers of some claims."""
+    total.evidence |= part.evidence
+    total.seconds |= part.seconds
+    total.faults += part.faults
+
+
+def _share(spec: Spec, names: list[str], budget: Fraction, core: Any = None) -> Solved:
     """The evidence for some claims; when that fails, for each of them alone, so one failure costs one claim."""
     from haverify.analyses.portfolio import decide_all
 
     wall, cpu = time.perf_counter(), time.process_time()
     try:
-        evidence = decide_all(spec, names, budget / _USUAL)
+        evidence = decide_all(spec, names, budget / _USUAL, core)
         each = (time.perf_counter() - wall) / len(names), (time.process_time() - cpu) / len(names)
         return Solved(evidence, dict.fromkeys(names, each))
     except Exception as e:  # noqa: BLE001 - whatever an analysis raises is our fault and exit code 4
         if len(names) > 1:
-            alone = (_share(spec, [name], budget) for name in names)
+            alone = (_share(spec, [name], budget, core) for name in names)
             total = Solved()
             for one in alone:
                 total = total.and_then(one)

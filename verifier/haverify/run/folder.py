@@ -18,6 +18,7 @@ class ReportFolder:
             raise UsageError(f"{target}: is there already and is no report folder; name another one with --report")
         self.target = target
         self._made: set[str] = set()
+        self._files: set[str] = set()
         self.path = target.with_name(f".{target.name}.{os.getpid()}")
         try:
             shutil.rmtree(self.path, ignore_errors=True)
@@ -32,12 +33,20 @@ class ReportFolder:
         if within not in self._made:
             os.makedirs(within, exist_ok=True)
             self._made.add(within)
-        with open(file, "wb") as out:
-            out.write(text.encode())
+        rest = memoryview(text.encode())
+        out = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        try:
+            while rest:
+                rest = rest[os.write(out, rest) :]
+        finally:
+            os.close(out)
+        self._files.add(name)
 
     def remove(self, name: str) -> None:
-        """Take a file out again."""
-        (self.path / name).unlink(missing_ok=True)
+        """Take a file out again, where it was added."""
+        if name in self._files:
+            (self.path / name).unlink(missing_ok=True)
+            self._files.remove(name)
 
     def finish(self) -> None:
         """Put the folder in its place; what was there is removed after that."""

@@ -18,6 +18,7 @@ from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.claim import Claim
 from haverify.model.spec import Spec
 from haverify.report import exit_codes, gate, report, unrecorded
+from haverify.report.as_html import as_html
 from haverify.report.as_json import as_json
 from haverify.report.as_junit import as_junit
 from haverify.report.as_markdown import as_markdown
@@ -31,6 +32,7 @@ from haverify.run.examine import Examined, examine
 from haverify.run.folder import ReportFolder, certificate_file, obligation_file
 from haverify.run.keys import reproducibility
 from haverify.run.lockfile import refuted_text
+from haverify.run.material import material
 from haverify.run.told import told
 from haverify.text.record import record, replace
 
@@ -232,6 +234,7 @@ def _write(folder: ReportFolder, r: report.Report, claims: Sequence[Claim], deci
     folder.add("summary.md", as_markdown(r))
     folder.add("report.sarif", as_sarif([r]))
     folder.add("junit.xml", as_junit([r]))
+    folder.add("index.html", as_html(r, material(folder.path)))
 
 
 def _obligations(claim: Claim, evidence: Evidence) -> str:

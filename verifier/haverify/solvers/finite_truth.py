@@ -13,7 +13,7 @@ from operator import eq, ge, gt, le, lt, ne
 from typing import Any
 
 from haverify.model.expression import Expr, operands
-from haverify.solvers.finite_world import Cell, NotFiniteError, Value, World
+from haverify.solvers.finite_world import Cell, NotFiniteError, TooMuchError, Value, World
 from haverify.text.record import record
 
 Env = Mapping[str, Cell]
@@ -25,7 +25,7 @@ _TRUTHS = frozenset(
     {"true", "false", "and", "or", "not", "implies", "defined", "unique_rule", "related", *QUANTIFIERS, *COMPARED}
 )
 _LONGEST = 60_000  # bits of a number
-USUAL = 30_000_000  # steps that one goal may take
+USUAL = 4_000_000  # steps that one goal may take, some two microseconds each
 
 
 @record
@@ -84,7 +84,7 @@ class Finite:
     def _spend(self, steps: int) -> None:
         self.steps -= steps
         if self.steps < 0:
-            raise NotFiniteError("there are too many combinations of cells to try")
+            raise TooMuchError("there are too many combinations of cells to try")
 
     def free(self, e: Expr) -> frozenset[str]:
         """The bound names that an expression reads from outside."""

@@ -21,6 +21,10 @@ class NotFiniteError(Exception):
     """What is asked cannot be answered by trying values; the message says why."""
 
 
+class TooMuchError(NotFiniteError):
+    """There are more values to try than the budget allows."""
+
+
 @record
 class Step:
     """What the lines of an automaton say of one cell: the results in order, `rules` those that give them.
@@ -70,16 +74,16 @@ class World:
         NotFiniteError       where there are too many, or codes clash
         """
         if name not in self._sets:
-            owner = next((c for c in self.spec.cellular if c.cell == name), None)
-            if owner is None:
-                raise NotFiniteError(f"there are no cells {name}")
-            self._sets[name] = self._enter(owner)
+            owners = [c for c in self.spec.cellular if c.cell == name]
+            if len({(c.first, c.second) for c in owners}) != 1:
+                raise NotFiniteError(f"cells {name} are nothing, or two things")
+            self._sets[name] = self._enter(owners[0])
         return self._sets[name]
 
     def _enter(self, owner: CellularAutomaton) -> CellSet:
         first, second = self.enums[owner.first], self.enums[owner.second]
         if len(first.values) * len(second.values) > MOST_CELLS:
-            raise NotFiniteError(f"{owner.cell} has more than {MOST_CELLS} cells")
+            raise TooMuchError(f"{owner.cell} has more than {MOST_CELLS} cells")
         labels = {}
         for (a, x), left in zip(_coded(first), _values(first), strict=True):
             for (b, y), right in zip(_coded(second), _values(second), strict=True):

@@ -1,0 +1,46 @@
+"""What figures are drawn from: the core and the cells of a report folder, as they stand in its files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from haverify.text.record import field, record
+
+Json = dict[str, Any]
+
+
+class Undrawable(Exception):
+    """What was asked for has no figure: a quantity that cannot be computed, a state with too many variables."""
+
+
+@record
+class Material:
+    """`core.json` and, by automaton, `certificates/cells/*.json`; both may be missing or foreign.
+
+    Figures illustrate. They are drawn from rounded numbers and nothing rests on them.
+    """
+
+    core: Json = field(default_factory=dict)
+    cells: dict[str, Json] = field(default_factory=dict)
+    scopes: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)  # what is computed once
+    points: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)
+
+    def listed(self, key: str) -> list[Json]:
+        """The objects of a list of the core; those of another kind are left out."""
+        found = self.core.get(key)
+        return [x for x in found if isinstance(x, dict)] if isinstance(found, list) else []
+
+    def named(self, key: str, name: str | None) -> Json | None:
+        """The object of that name in a list of the core."""
+        return next((x for x in self.listed(key) if x.get("name") == name), None)
+
+
+@record
+class Figure:
+    """A drawing with what it shows: `name` is a file name's stem, `claim` the claim it belongs to."""
+
+    name: str
+    title: str
+    caption: str
+    svg: str
+    claim: str | None = None
