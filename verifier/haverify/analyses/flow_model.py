@@ -76,6 +76,8 @@ def flow_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) ->
     OutsideFragmentError    if it may jump, starts in several modes, has inputs, inclusions or discrete variables
     """
     mode = _only_mode(automaton)
+    if mode.terminal:
+        raise OutsideFragmentError("a terminal mode, in which a run may end, with a flow that is not clock-driven")
     if spec.inputs or automaton.inputs:
         raise OutsideFragmentError("inputs: flowpipes of this version have none")
     if any(v.type != "real" for v in automaton.vars):

@@ -14,7 +14,7 @@ use crate::errors::Errors;
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
-use crate::models::{Model, Space};
+use crate::models::{raised, Model, Space};
 use crate::series::{jacobian, solution, values, variations, Ring, Tape};
 use std::ops::{Add, Mul};
 
@@ -66,6 +66,8 @@ pub type Watch<'a> = &'a [(Tape, Interval)];
 /// The order to which the transition of errors over a step is expanded, and its degree in the set variables.
 const VARIATION: usize = 4;
 const LINEAR: usize = 1;
+/// What a step may lose to a simple transition of errors, as a share of the error aimed at.
+const LOSS: f64 = 0.1;
 /// How often an a-priori tube is tried for one length of step.
 const ATTEMPTS: usize = 4;
 
@@ -124,17 +126,19 @@ pub fn flowpipe(
 
 impl<'a> Flow<'a> {
     fn new(field: &'a Tape, start: &[Interval], settings: &'a Settings) -> Result<Flow<'a>, Fault> {
-        let wide: Vec<usize> = (0..start.len()).filter(|&v| start[v].low() < start[v].high()).collect();
+        // An enclosure of one number is an error, not a direction of the set.
+        let is_wide = |x: &Interval| x.high() - x.low() > 1e-14 * x.norm();
+        let wide: Vec<usize> = (0..start.len()).filter(|&v| is_wide(&start[v])).collect();
         let (space, linear) = (Space::new(wide.len(), settings.degree), Space::new(wide.len(), LINEAR));
         let (mut centre, mut radii) = (Vec::new(), Vec::new());
         for (v, x) in start.iter().enumerate() {
             let middle = x.midpoint();
-            let half = (x.high() - middle).max(middle - x.low()).next_up();
-            let model = match wide.iter().position(|&w| w == v) {
-                Some(z) => space.variable(z, middle, half),
-                None => space.number(middle),
+            let half = if x.low() == x.high() { 0.0 } else { raised((x.high() - middle).max(middle - x.low())) };
+            let (model, radius) = match wide.iter().position(|&w| w == v) {
+                Some(z) => (space.variable(z, middle, half), if settings.degree == 0 { half } else { 0.0 }),
+                None => (space.number(middle), half),
             };
-            radii.push(model.radius);
+            radii.push(radius);
             centre.push(space.polynomial(&model));
         }
         let errors = Errors::of_box(&linear, &radii);
@@ -185,7 +189,10 @@ impl<'a> Flow<'a> {
                 continue;
             }
             let transition = self.transition(&tube, h)?;
-            return Ok((Step { h, series, tube, transition }, (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step)));
+            return Ok((
+                Step { h, series, tube, transition },
+                (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step),
+            ));
         }
         Err(Fault::Step)
     }
@@ -230,24 +237,39 @@ impl<'a> Flow<'a> {
         Matrix::from_fn(m.len(), |i, j| self.linear.range(&m[i][j]))
     }
 
-    /// How errors at the start of a step move to its end: the series of the transition, whose last term is taken over
-    /// the tube; where it is wider than what the slopes alone give, that.
+    /// How errors at the start of a step move to its end: what the slopes alone give, and where that would lose much,
+    /// the series of the transition, whose last term is taken over the tube.
     fn transition(&self, tube: &Tube, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
         let n = self.centre.len();
-        let step = Interval::exactly(h)?;
         let radii = self.errors.radii(n);
+        let coarse = tube.slopes.transition(Interval::exactly(h)?)?;
+        let lost = |i: usize| (0..n).map(|j| coarse.width(i, j) * radii[j]).sum::<f64>();
+        let is_costly = (0..n).map(lost).fold(0.0, f64::max) > LOSS * self.settings.tolerance;
+        let fine = if is_costly { Some(self.expanded(tube, h, &radii)?) } else { None };
+        let entry = |i: usize, j: usize| {
+            let simple = || Ok(self.linear.constant(coarse.entry(i, j)?));
+            let Some(fine) = fine.as_ref().map(|m| &m[i][j]) else { return simple() };
+            if self.linear.range(fine)?.width()? > coarse.width(i, j) {
+                return simple();
+            }
+            Ok(fine.clone())
+        };
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    }
+
+    /// The series of the transition, of degree one in the set variables.
+    fn expanded(&self, tube: &Tube, h: f64, radii: &[f64]) -> Result<Vec<Vec<Model>>, Fault> {
+        let n = self.centre.len();
+        let step = Interval::exactly(h)?;
         let errors: Vec<Interval> = radii.iter().map(|&r| Interval::symmetric(r)).collect::<Result<_, _>>()?;
         let first = variations(&self.linear, self.field, &self.around(&errors)?, VARIATION)?;
         let last = self.range_of(&variations(&self.linear, self.field, &tube.states, VARIATION + 1)?[VARIATION + 1])?;
         let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
         let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
-        let coarse = tube.slopes.transition(step)?;
         let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
         let entry = |i: usize, j: usize| {
-            let fine = self.linear.combination(first.iter().map(|m| &m[i][j]), &powers)?;
-            let fine = self.linear.shifted(&fine, rest.entry(i, j)?)?;
-            let is_wider = self.linear.range(&fine)?.width()? > coarse.width(i, j);
-            Ok(if is_wider { self.linear.constant(coarse.entry(i, j)?) } else { fine })
+            let sum = self.linear.combination(first.iter().map(|m| &m[i][j]), &powers)?;
+            self.linear.shifted(&sum, rest.entry(i, j)?)
         };
         (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
     }
@@ -321,7 +343,16 @@ mod tests {
     }
 
     fn settings(degree: usize) -> Settings {
-        Settings { order: 8, degree, tolerance: 1e-8, first_step: 0.05, longest_step: 1.0, least_step: 1e-9, steps: 2000, depth: 3 }
+        Settings {
+            order: 8,
+            degree,
+            tolerance: 1e-8,
+            first_step: 0.05,
+            longest_step: 1.0,
+            least_step: 1e-9,
+            steps: 2000,
+            depth: 3,
+        }
     }
 
     fn follow(ops: Vec<Op>, outputs: Vec<usize>, start: &[Interval], horizon: f64, degree: usize) -> Pipe {
@@ -364,6 +395,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_number_that_is_no_float_stays_inside() {
+        let tenth = crate::ratio::enclose(&1.into(), &10.into()).expect("finite");
+        let pipe = follow(vec![Op::Variable(0), Op::Neg(0)], vec![1], &[tenth], 1.0, 1);
+        let last = pipe.last.expect("it arrives")[0];
+        assert_around(last, 0.1 * (-1.0f64).exp(), 0.1 * (-1.0f64).exp(), 1e-7);
+        assert!(last.width().expect("finite") > 0.0);
     }
 
     #[test]
