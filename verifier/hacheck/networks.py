@@ -207,15 +207,18 @@ class Network(Readings):
                 if landed is not None:
                     yield m, m.target, landed
 
-    def dwelt(self, s: State, z: Zone) -> list[Zone]:
-        """What a zone inside the domain becomes as time passes: in the domain, up to what is urgent (S7, S8)."""
+    def dwells(self, s: State, z: Zone) -> list[tuple[Zone | None, Zone]]:
+        """What a zone inside the domain becomes as time passes: in the domain, up to what is urgent (S7, S8).
+
+        Each time the part of it that this is about, None where no time may pass, and what it becomes.
+        """
         space, stops = self.space, self.stops(s)
-        out = list[Zone]()
+        out = list[tuple[Zone | None, Zone]]()
         open_: list[tuple[Zone, list[Zone]]] = [(z, [])]
         for p in stops:
             split = []
             for q, ends in open_:
-                out += space.cut(q, space.formula(p))
+                out += [(None, x) for x in space.cut(q, space.formula(p))]
                 for rest in space.minus(q, p):
                     ahead = space.earlier(p)
                     split += [(x, [*ends, p]) for x in space.cut(rest, space.formula(ahead))]
@@ -227,7 +230,7 @@ class Network(Readings):
             for p in ends:
                 before = [x for y in zones for x in space.cut(y, space.formula(space.earlier(p)))]
                 zones = [x for y in before for x in space.minus(y, space.after(p))]
-            out += zones
+            out += [(q, x) for x in zones]
         return out
 
     def is_terminal(self, s: State) -> bool:

@@ -13,7 +13,7 @@ from haverify.analyses.networks.starts import starts
 from haverify.analyses.networks.terms import TIME, State
 from haverify.analyses.networks.zones import FREE, Zone
 from haverify.evidence.network_run import Moment, NetworkRun
-from haverify.text.record import holder, record
+from haverify.text.record import holder, record, replace
 
 Point = dict[int, Fraction]  # clock -> value, clock 0 -> 0
 Cut = tuple[Fraction, bool]  # an end of an interval, and whether it is left out
@@ -69,7 +69,7 @@ def _walks(exploration: Exploration, keys: Sequence[Any], end: End) -> Iterator[
 def _stages(exploration: Exploration, m: Move | None, before: Zone | None, s: State, landed: Zone) -> Iterator[Stage]:
     for d in exploration.network.dwells(s, landed):
         for z in exploration.network.space.meet(d.reached, exploration.limit):
-            yield Stage(m, before, s, Dwell(d.landed, z))
+            yield Stage(m, before, s, replace(d, reached=z))
 
 
 @holder

@@ -12,9 +12,10 @@ from haverify.analyses.networks.bounds import Bounds
 from haverify.analyses.networks.concrete import Stage, concrete_run
 from haverify.analyses.networks.explore import Exploration, Node
 from haverify.analyses.networks.network import Network, mentioned
+from haverify.analyses.networks.starts import starts
 from haverify.analyses.networks.symmetry import symmetry_of
-from haverify.analyses.networks.terms import TIME, Event, ScaleError, State
-from haverify.analyses.networks.zones import Effort, SpentError, Zone, negation
+from haverify.analyses.networks.terms import TIME, ScaleError, State
+from haverify.analyses.networks.zones import Effort, SpentError, Zone, conjunction, negation
 from haverify.evidence.certificate import certificate
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.network_run import NetworkRun
@@ -247,18 +248,12 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
             return Found(
                 Unknown("window", "a variable leaves its declared range, and what happens then is not followed")
             )
-        path = [n.state for n in x.path(node)]
-        hits: list[tuple[list[State], Any]] = []
-        if net.space.meet(node.zone, net.terms.truth(wanted, node.state, no=True)):
-            hits.append((path, _dwelling(net, wanted, has_events)))
-        if has_events and (x.jumps is None or node.jumps < x.jumps):
-            hits += [([*path, s], _landing(net, wanted)) for s in _bad_landings(net, wanted, node, x)]
-        for states, end in hits:
-            run = concrete_run(x, states, end)
+        bad = _bad_instants(net, wanted, node, x) if has_events else _bad_states(net, wanted, node)
+        for more in bad:
+            run = concrete_run(x, [*(n.state for n in x.path(node)), *more], _end(net, wanted, has_events))
             if run is None:
-                return Found(
-                    Unknown("abstraction", "an exploration with rounded zones finds a violation, but no run shows it")
-                )
+                text = "an exploration with rounded zones finds a violation, but no run shows it"
+                return Found(Unknown("abstraction", text))
             return _shown(q, net, run, count)
     if not count:
         return Found(Unknown("vacuous", "the system has no start, so nothing can be claimed of its runs"))
@@ -268,40 +263,42 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     return Found(verdict, entry, {name: file}, notes=tuple(_facts(q, x, file)))
 
 
-def _dwelling(net: Network, wanted: Json, has_events: bool) -> Any:
-    """Where a run may end so as to show that a condition fails there."""
-
-    def end(last: Stage) -> Iterator[Zone]:
-        zone = last.dwell.reached
-        if has_events and last.move is not None:
-            yield from _landing(net, wanted)(last)
-            later = net.space.formula(net.space.strictly_later(last.dwell.landed))
-            zones = net.space.meet(zone, later)
-        else:
-            zones = [zone]
-        for z in zones:
-            yield from net.space.meet(z, net.terms.truth(wanted, last.state, no=True))
-
-    return end
+def _bad_states(net: Network, wanted: Json, node: Node) -> Iterator[list[State]]:
+    """An empty continuation where a condition fails somewhere in a state."""
+    if net.space.meet(node.zone, net.terms.truth(wanted, node.state, no=True)):
+        yield []
 
 
-def _landing(net: Network, wanted: Json) -> Any:
-    """Where a run may end so as to show that a condition fails right after the last jump."""
-
-    def end(last: Stage) -> Iterator[Zone]:
-        assert last.move is not None
-        yield from net.space.meet(last.dwell.landed, net.terms.truth(wanted, last.state, last.move.event, no=True))
-
-    return end
-
-
-def _bad_landings(net: Network, wanted: Json, node: Node, x: Exploration) -> Iterator[State]:
+def _bad_instants(net: Network, wanted: Json, node: Node, x: Exploration) -> Iterator[list[State]]:
+    """Continuations at whose end a condition fails that speaks of jumps: of length 0 from a start, else 1."""
+    if node.parent is None:
+        for s, z in starts(net):
+            bad = conjunction([x.limit, net.terms.truth(wanted, s, no=True)])
+            if s == node.state and any(net.space.meet(d.reached, bad) for d in net.dwells(s, z)):
+                yield []
+    if x.jumps is not None and node.jumps >= x.jumps:
+        return
     for m, _, landed in net.jumps(node.state, node.zone):
         assert m.target is not None
-        event: Event = m.event
-        bad = net.terms.truth(wanted, m.target, event, no=True)
-        if any(net.space.meet(z, x.limit) for z in net.space.meet(landed, bad)):
-            yield m.target
+        stages = (Stage(m, None, m.target, d) for d in net.dwells(m.target, landed))
+        end = _end(net, wanted, True)
+        if any(net.space.meet(z, x.limit) for stage in stages for z in end(stage)):
+            yield [m.target]
+
+
+def _end(net: Network, wanted: Json, has_events: bool) -> Any:
+    """Where a run may end so as to show that a condition fails: with `has_events`, right after a jump or later."""
+
+    def end(last: Stage) -> Iterator[Zone]:
+        s, zones = last.state, [last.dwell.reached]
+        if has_events and last.move is not None:
+            yield from net.space.meet(last.dwell.landed, net.terms.truth(wanted, s, last.move.event, no=True))
+            later = net.space.formula(net.space.strictly_later(last.dwell.landed))
+            zones = net.space.meet(zones[0], later) if last.dwell.can_wait else []
+        for z in zones:
+            yield from net.space.meet(z, net.terms.truth(wanted, s, no=True))
+
+    return end
 
 
 def _shown(q: Question, net: Network, run: NetworkRun, count: int) -> Found:

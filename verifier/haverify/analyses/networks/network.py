@@ -36,6 +36,7 @@ class Dwell:
 
     landed: Zone
     reached: Zone
+    can_wait: bool = True
 
 
 @holder
@@ -337,7 +338,7 @@ class Network:
         for stop in self.stops(s):
             before, split = space.earlier(stop), list[tuple[Zone, list[Zone]]]()
             for q, ends in waiting:
-                yield from (Dwell(p, p) for p in space.meet(q, space.formula(stop)))
+                yield from (Dwell(p, p, False) for p in space.meet(q, space.formula(stop)))
                 for rest in space.without(q, stop):
                     split += [(p, [*ends, stop]) for p in space.meet(rest, space.formula(before))]
                     split += [(p, ends) for p in space.without(rest, before)]
