@@ -21,6 +21,7 @@ from haverify.report.terminal import with_unit
 
 _CLAIMS = 860_000  # bytes of the page up to which claims are told of in full
 _FIGURES = 600_000  # and up to which they have figures
+_FULL = 850_000  # from here on nothing more is tried
 _ROWS, _INPUTS = 400, 60
 
 _ROUNDING = {"proved": "holds", "refuted": "violated", "unknown": "unknown"}
@@ -104,6 +105,8 @@ def _claims(r: Report, anchors: Mapping[str, str], material: Material, used: int
     """The sections of the claims in order, as many as fit; those not as expected are the last to be left out."""
     kept: dict[str, Html] = {}
     for c in sorted(r.claims, key=lambda c: c.ok):
+        if used > _FULL:
+            break
         drawn = of_claim(material, c) if used < _FIGURES else []
         section = claim_section(c, anchors[c.name], drawn, _command(r, c))
         size = len(section.encode("utf-8", "replace"))

@@ -40,7 +40,10 @@ def _shape(automaton: Json) -> str:
         return ""
     told = [[m.get(key) for key in ("name", "domain", "lets")] for m in modes if isinstance(m, dict)]
     ends = [[e.get(key) for key in ("name", "source", "target", "guard")] for e in edges if isinstance(e, dict)]
-    return json.dumps([told, ends, automaton.get("lets"), automaton.get("init")])
+    try:
+        return json.dumps([told, ends, automaton.get("lets"), automaton.get("init")])
+    except RecursionError:
+        return ""
 
 
 def every(report: Report, material: Material) -> list[Figure]:
