@@ -11,7 +11,7 @@ from hacheck.expressions import Instant, Scope
 from hacheck.finite import Env, Finite, World
 from hacheck.formula import disj, variables
 from hacheck.polynomial import const
-from hacheck.rational import Beyond, Refused, number
+from hacheck.rational import Refused, number
 
 Json = Any
 FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxes": {"proof", "verdict"}}
@@ -67,9 +67,10 @@ def _unwrapped(world: World, e: Json, values: Json) -> tuple[str, Json, Env]:
 
 def _on_boxes(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """A tree shows the goal, or that an assumption fails, for all params; or the denied goal for those given."""
-    if claim["on"] in core.automata or (core.data["params"] and not entry["params"]):
-        raise Beyond("params of an automaton in a goal without time, or no admissible values of them")
     scope = Scope(core, {"constants": [], "params": []}, False)
+    scope = Scope(core, core.automata[claim["on"]], False, scope) if claim["on"] in core.automata else scope
+    if scope.params and not entry["params"]:
+        raise Refused("no admissible values of the params are given")
     given = {p: const(number(q)) for p, q in entry["params"].items()}
     if entry["verdict"] == "refuted":
         f = Instant(scope, None, given).formula(goal["condition"], True)

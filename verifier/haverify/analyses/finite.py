@@ -44,7 +44,7 @@ def _decided(spec: Spec, claim: Claim, goal: Goal, units: int) -> Held:
         assumed = (*spec.assumptions, *claim.assume)
         point = admissible(spec, claim.on, assumed)
         if point is None:
-            return Held(Unknown("vacuous", NO_POINT))
+            return Held(Unknown("vacuous", NO_POINT if ranges_of(spec, claim.on) else "what is assumed does not hold"))
         return _either(spec, claim, goal.condition, point, units)
     except (NotFiniteError, OutsideFragmentError) as e:
         return _outside(str(e))

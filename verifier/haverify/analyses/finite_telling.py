@@ -14,7 +14,7 @@ from haverify.solvers.finite_world import Cell
 
 LISTED = 16
 _LONGEST = 160
-_TERMS = ("next", "apply", "field", "bound")
+_TERMS = ("next", "apply", "field")
 
 
 class Telling:
