@@ -19,10 +19,10 @@ from haverify.analyses.goals import Answer, goal_hash, known_start, vacuous
 from haverify.analyses.motion import Motion
 from haverify.analyses.poly_range import Work, simple_between
 from haverify.analyses.questions import Setting
-from haverify.analyses.signals_cells import Reading, TooManyError, ways
+from haverify.analyses.signals_cells import Reading, TooManyError, Way, ways
 from haverify.analyses.signals_formula import Formula, formula_of
 from haverify.analyses.signals_pieces import Item
-from haverify.analyses.signals_runs import MOST_RUNS, Followed, assumed, runs
+from haverify.analyses.signals_runs import Followed, assumed, runs
 from haverify.analyses.violation import on_params
 from haverify.evidence.certificate import run_json
 from haverify.evidence.evidence import PartResult
@@ -35,7 +35,8 @@ from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 Json = Any
-FEW = 3  # runs looked at before a proof is sought
+FEW, AT_FIRST = 3, 1200  # runs looked at before a proof is sought, and jumps made for that
+FURTHER = 300  # jumps made in search of a run in each share that is not proved
 LEAVES = 48  # shares of the params' and starts' ranges
 
 
@@ -74,6 +75,13 @@ class Search:
     roots: dict[object, Q] = field(default_factory=dict)
 
     @property
+    def first_runs(self) -> bool:
+        """Whether a run is likely: the order of proof and refutation decides nothing but the work."""
+        expected = self.setting.claim.expect
+        word = "refuted" if expected is None else expected.verdict
+        return (word == "refuted") is (self.setting.goal.kind == "stl")
+
+    @property
     def plain(self) -> tuple[tuple[Expr, Expr], ...]:
         """The atoms as they are."""
         return tuple((a, a) for a in self.stl.atoms)
@@ -82,14 +90,14 @@ class Search:
         """Prove the formula on a share, or split it."""
         found = Share(model)
         self.leaves += 1
-        if self.leaves == 1:
-            self.run = self._violation(model, 1, FEW)
+        if self.leaves == 1 and self.first_runs:
+            self.run = self._violation(model, Work(AT_FIRST), 1, FEW)
             if self.run is not None:
                 return found
         self._prove(found)
         if found.proved or self.run is not None:
             return found
-        self.run = self._violation(model)
+        self.run = self._violation(model, Work(min(FURTHER, self.work.left)))
         cut = _widest(model, self.roots) if self.run is None and self.leaves < LEAVES and self.work.left > 0 else None
         if cut is not None:
             found.cut = cut
@@ -109,7 +117,7 @@ class Search:
         setting = replace(self.setting, model=found.model)
         reading = Reading(setting, cells, self.stl, self.plain, self.work)
         try:
-            bad = next((w for w in ways(reading) if reading.holds(w) is not True), None)
+            bad = next((w for w in self._met(reading) if reading.holds(w) is not True), None)
         except TooManyError as e:
             self.trouble = ("budget", str(e))
             return
@@ -118,11 +126,20 @@ class Search:
         else:
             self.trouble = ("budget", _told(cells, [v.cell for v in bad.visits], bad.lost))
 
-    def _violation(self, model: ClockModel, most: int = 32, each: int = MOST_RUNS) -> Followed | None:
+    def _met(self, reading: Reading) -> Iterator[Way]:
+        """All ways, paid for."""
+        for n, way in enumerate(ways(reading)):
+            dwells = len(way.visits)
+            if not self.work.spend(1 + dwells * (dwells + 100) // 400):
+                raise TooManyError(f"the work for one claim is spent after {n} ways through the cells")
+            yield way
+
+    def _violation(self, model: ClockModel, jumps: Work, most: int = 24, each: int = 24) -> Followed | None:
         """A run in a share that violates the formula, for some choices of params and some runs for each."""
+        self.work.spend(jumps.left // 4)
         setting = replace(self.setting, model=model)
         for params in islice(choices(model, {}, on_params(setting)), most):
-            for run in islice(runs(Motion(model, params), self.stl.horizon()), each):
+            for run in islice(runs(Motion(model, params), self.stl.horizon(), jumps), each):
                 if run.holds(self.stl, self.plain) is False and assumed(setting, run):
                     return run
         return None

@@ -29,6 +29,7 @@ from haverify.text.record import field, holder, record
 Q = Fraction
 Json = Any
 MOST_PATHS = 200
+AT_ONCE = 40  # jumps at one instant
 MOST_DWELLS = 3_000  # of all ways together
 EVENTS = frozenset({"jump", "jumped", "pre"})
 
@@ -220,6 +221,8 @@ def ways(reading: Reading) -> Iterator[Way]:
             yield way
         if spent > MOST_DWELLS or len(before) > MOST_DWELLS or count > MOST_PATHS:
             raise TooManyError(f"runs go more than {count} ways through {len(before)} dwells or more")
+        if len(before) >= AT_ONCE and not any(v.low for v in before[-AT_ONCE:]):
+            raise TooManyError(f"runs may make {AT_ONCE} jumps, or ever more, in no time")
         pending += reversed([(j, (i, k), (*before, Visit(i, entered, low, high)))
                              for k, low, high, j in onward(reading, i)])  # fmt: skip
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from haverify.analyses.clock_model import PI
 from haverify.analyses.counterexample import Explorer, Node
 from haverify.analyses.motion import NOW, Motion, State
+from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.signals_cells import EVENTS
 from haverify.analyses.signals_formula import Formula as Stl
@@ -22,8 +23,6 @@ from haverify.obligations.spread import spread
 from haverify.text.record import field, holder
 
 Q = Fraction
-MOST_RUNS = 24
-MOST_JUMPS = 1_500
 TAIL = Q(1)  # s; a dwell that stands for all that follows the run
 
 
@@ -120,27 +119,33 @@ class Followed:
         return stl.value(self.timeline(), (Q(1), Q(1)), lambda n, up: self.signal(atoms[n][0 if up else 1]))
 
 
-def runs(motion: Motion, horizon: Q) -> Iterator[Followed]:
+def runs(motion: Motion, horizon: Q, work: Work) -> Iterator[Followed]:
     """Some runs past the horizon, or to where they are stuck, under the motion's params."""
     explorer = Explorer(motion, horizon + 1, True)
     stack = [Node(s, None, None) for s in _starts(motion)]
     stack.reverse()
-    jumps = found = 0
-    while stack and jumps < MOST_JUMPS and found < MOST_RUNS:
+    while stack and work.spend(1):
         node = stack.pop()
-        jumps += 1
         stay = motion.stay(node.state, explorer.view(node.state))
-        if stay is None:
+        if stay is None or _seen_before(node):
             continue
         left = horizon - node.state.time
         if stay[0] > left:
-            found += 1
             yield Followed(motion, node, left + min(stay[0] - left, Q(1)) / 2, horizon)
         children = [c for c in explorer.children(node) if c.step is not None and c.state.time <= horizon]
         if not children and stay[0] <= left:
-            found += 1
             yield Followed(motion, node, stay[0], horizon)
         stack.extend(reversed(children))
+
+
+def _seen_before(node: Node) -> bool:
+    """Whether the run was in the same state at the same instant before: it may go round for ever."""
+    here, state = node.parent, node.state
+    while here is not None and here.state.time == state.time:
+        if here.state.mode == state.mode and here.state.values == state.values:
+            return True
+        here = here.parent
+    return False
 
 
 def _starts(motion: Motion) -> list[State]:
