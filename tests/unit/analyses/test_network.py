@@ -43,7 +43,8 @@ def run(text, name="p"):
 
 CASES = {
     # S14: an edge that no sync mentions fires alone; one that a sync mentions never does
-    "fires alone": (LIGHT + "system S { part a = Light; part b = Light }", "never at(a.Green) and at(b.Green)", "refuted"),
+    "fires alone": (
+        LIGHT + "system S { part a = Light; part b = Light }", "never at(a.Green) and at(b.Green)", "refuted"),
     "only together": (
         LIGHT + "system S { part a = Light; part b = Light; sync t: a.go, b.stop }", "never at(a.Green)", "refuted"),
     "never without its partner": (
@@ -183,7 +184,8 @@ UNKNOWN = {
         "automaton A { var x: s; init M with x := 0 s; mode M { flow { x' = 1 }; edge e: -> N }; "
         "mode N { flow { x' = 0 } } }\nsystem S { part a = A }", "never a.x < 0 s", "fragment", "another rate"),
     "a moving rate": (
-        "automaton A { var x: s; init M with x := 0 s; mode M { flow { x' = 1 + x * 1 Hz } } }\nsystem S { part a = A }",
+        "automaton A { var x: s; init M with x := 0 s; mode M { flow { x' = 1 + x * 1 Hz } } }\n"
+        "system S { part a = A }",
         "never a.x < 0 s", "fragment", "no constant"),
     "a sum of clocks": (
         "automaton A { var x: s; init M with x := 0 s; mode M { flow { x' = 1 } } }\n"
@@ -196,7 +198,8 @@ UNKNOWN = {
         "system S { part a = A }", "never a.x < 0 s", "window", "declared range"),
     "reach": (LIGHT + "system S { part a = Light }", "reach at(a.Green) within 1 s", "fragment", "`reach`"),
     "time without a horizon": (
-        LIGHT + "system S { part a = Light }", "never at(a.Green) and time < 1 s", "fragment", "give the claim a `within`"),
+        LIGHT + "system S { part a = Light }", "never at(a.Green) and time < 1 s",
+        "fragment", "give the claim a `within`"),
 }  # fmt: skip
 
 

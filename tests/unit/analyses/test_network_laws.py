@@ -100,7 +100,7 @@ def waited(machine, state, dwell):
 
 
 @given(networks(closed=True), BAD)
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None, derandomize=True)
 def test_whole_seconds_decide_closed_systems(net, bad):
     reached = Interpreter(net, Q(1)).explore()
     if reached is None:
@@ -117,7 +117,7 @@ def test_whole_seconds_decide_closed_systems(net, bad):
 
 
 @given(networks(closed=False), BAD)
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None, derandomize=True)
 def test_what_is_proved_no_sampled_run_contradicts(net, bad):
     text, is_bad = condition(bad, net)
     out = decided(f"{net.text()}\nproperty p on S {{ never {text} }}\nproperty q on S {{ never stuck }}")
