@@ -19,7 +19,8 @@ FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxe
 
 def shown(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """What an entry of kind `enumerated` or `witness` shows of its goal: `proved` or `refuted`."""
-    if set(entry) != {"kind", "hash", "params", *FIELDS[entry["kind"]]} or claim["which"]:
+    timed = claim["which"] or goal["window"] is not None or goal["within"] is not None
+    if timed or set(entry) != {"kind", "hash", "params", *FIELDS[entry["kind"]]}:
         raise Refused("an entry of a goal has other fields than its kind has")
     point = World(core, claim["on"], _point(core, claim["on"], entry["params"]))
     for a in (*core.data["assumptions"], *claim["assume"]):
