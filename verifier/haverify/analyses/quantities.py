@@ -76,8 +76,9 @@ def _range_text(setting: Setting, q: Question, e: Expr, p: Polynomial) -> str:
 def _named(setting: Setting, e: Expr, value: Fraction) -> str:
     """A number, or the value of an enumeration that it stands for."""
     automaton = setting.model.automaton
-    typed = (*automaton.vars, *automaton.lets, *(o for m in automaton.modes for o in m.lets))
-    type_ = next((o.type for o in typed if o.name == e.name), "") if e.op in ("let", "var") else ""
+    types = {v.name: v.type for v in automaton.vars}
+    types |= {o.name: o.type for lets in (automaton.lets, *(m.lets for m in automaton.modes)) for o in lets}
+    type_ = types.get(e.name) if e.op in ("let", "var") else None
     enum = next((n for n in setting.model.spec.enums if n.name == type_ and n.low is None), None)
     return enum.values[int(value)] if enum is not None else decimal(value)
 
