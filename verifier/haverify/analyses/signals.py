@@ -21,13 +21,14 @@ from haverify.analyses.poly_range import Work, simple_between
 from haverify.analyses.questions import Setting
 from haverify.analyses.signals_cells import Reading, TooManyError, Way, ways
 from haverify.analyses.signals_formula import Formula, formula_of
+from haverify.analyses.signals_margin import Pairs, robustness
 from haverify.analyses.signals_pieces import Item
 from haverify.analyses.signals_runs import Followed, assumed, runs
 from haverify.analyses.violation import on_params
 from haverify.evidence.certificate import run_json
 from haverify.evidence.evidence import PartResult
 from haverify.evidence.run import Run
-from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
 from haverify.model.expression import Expr, nodes, number
 from haverify.obligations.translate import OutsideFragmentError
@@ -126,6 +127,16 @@ class Search:
         else:
             self.trouble = ("budget", _told(cells, [v.cell for v in bad.visits], bad.lost))
 
+    def margin(self, run: Followed, found: Share) -> Margin | None:
+        """The robustness on a run; where the formula is proved, with a bound for all runs."""
+        if self.setting.goal.kind != "stl":
+            return None
+
+        def everywhere(atoms: Pairs) -> bool:
+            return all(_kept(leaf, atoms) for leaf in leaves(found))
+
+        return robustness(self.stl, run, everywhere if found.proved else None, self.setting.ranges)
+
     def _met(self, reading: Reading) -> Iterator[Way]:
         """All ways, paid for."""
         for n, way in enumerate(ways(reading)):
@@ -143,6 +154,20 @@ class Search:
                 if run.holds(self.stl, self.plain) is False and assumed(setting, run):
                     return run
         return None
+
+
+def leaves(share: Share) -> Iterator[Reading]:
+    """The shares that were proved as they are."""
+    if share.reading is not None:
+        yield share.reading
+    for half in share.halves:
+        yield from leaves(half)
+
+
+def _kept(reading: Reading, atoms: Pairs) -> bool:
+    """Whether the formula holds on all ways with other atoms."""
+    other = Reading(reading.setting, reading.cells, reading.stl, atoms, Work())
+    return all(other.holds(way) is True for way in ways(other))
 
 
 def _told(cells: Cells, visited: list[int], lost: bool) -> str:
@@ -170,11 +195,14 @@ def decide_signals(context: Context, setting: Setting, number_: int, work: Work)
         run = as_run(search.run)
         answer.entry = {"kind": "signals", "hash": digest, "run": run_json(run), "atoms": _walked(search.run, stl)}
         answer.verdict, answer.run = "refuted", run
+        answer.margin = search.margin(search.run, found)
     elif found.proved:
         name = cells_name(context.automaton.name, *(stl.horizon() * Q(17, 16) or Q(1), None))
         start_value = state_json(context.model, *start)
         answer.entry = {"kind": "signals", "hash": digest, "start": start_value, "tree": tree_json(found, name)}
         answer.verdict = "proved"
+        example = next(runs(Motion(context.model, start[1]), stl.horizon(), Work(AT_FIRST)), None)
+        answer.margin = None if example is None else search.margin(example, found)
         if not found.halves:
             answer.cells[name] = context.cells_value(context.cells(stl.horizon() * Q(17, 16) or Q(1)))
     else:

@@ -110,7 +110,7 @@ class Reading:
         placement = narrowed(place(model, cell, None, self.setting.extra), more)
         f, g = placement.place(yes), placement.place(no)
         if variables(f) | variables(g) <= {placement.axis, "pi"}:
-            return exact(f, g, placement, last)
+            return exact(f, g, placement, last, self.setting.ranges)
         premise = conjunction([model.mode(cell.mode).domain, more])
 
         def attempt(low: Q, high: Q) -> tuple[bool, Tree] | None:

@@ -8,7 +8,7 @@ from fractions import Fraction
 from haverify.analyses.clock_model import PI
 from haverify.analyses.counterexample import Explorer, Node
 from haverify.analyses.motion import NOW, Motion, State
-from haverify.analyses.poly_range import Work
+from haverify.analyses.poly_range import Ranges, Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.signals_cells import EVENTS
 from haverify.analyses.signals_formula import Formula as Stl
@@ -35,6 +35,7 @@ class Followed:
     node: Node
     last: Q
     horizon: Q
+    ranges: Ranges = field(default_factory=Ranges)
     nodes: list[Node] = field(default_factory=list)
     known: dict[Expr, list[list[Item]]] = field(default_factory=dict)
 
@@ -75,9 +76,9 @@ class Followed:
         scope = model.timed_scope(state.mode)
         left = residual(atom, Situation(model.automaton.modes[state.mode].name))
         f, g = (self.motion.along(stronger(scope.formula(spread(e)), PI), state) for e in (left, denial(left)))
-        good, bad = where_true(f, NOW, (Q(0), last))
+        good, bad = where_true(f, NOW, (Q(0), last), self.ranges)
         if g != negation(f):
-            bad = where_true(g, NOW, (Q(0), last))[0]
+            bad = where_true(g, NOW, (Q(0), last), self.ranges)[0]
         return items(good, bad, (last, 1))
 
     def landing(self, n: int, atom: Expr) -> bool | None:
@@ -166,7 +167,7 @@ def assumed(setting: Setting, run: Followed) -> bool:
     for n, dwell in zip(run.nodes, run.dwells(), strict=True):
         scope = run.motion.model.timed_scope(n.state.mode)
         f: Formula = run.motion.along(stronger(conjunction(scope.formula(a) for a in listed), PI), n.state)
-        good, _ = where_true(f, NOW, (Q(0), dwell))
+        good, _ = where_true(f, NOW, (Q(0), dwell), run.ranges)
         if good != ((ZERO, (dwell, 1)),):
             return False
     return True
