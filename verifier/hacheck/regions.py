@@ -16,7 +16,7 @@ Json = Any
 End = tuple[Fraction, int]
 Terms = tuple[tuple[str, Fraction], ...]  # sorted by name, no coefficient is 0
 ZERO: End = (Fraction(0), 0)
-MANY = 120  # pairs of parts of two numbers that are compared
+MANY = 12  # pairs of parts of two numbers that are compared
 
 
 class Node:

@@ -19,7 +19,7 @@ Terms = tuple[tuple[str, Fraction], ...]
 NUMBERS = frozenset({"lin", "sum", "min", "max", "if"})
 ORIGIN: End = (Fraction(0), 0)
 _FEW = 9  # members of a minimum that are compared with each other
-_MANY = 120  # pairs of parts of two numbers that are compared
+_MANY = 12  # pairs of parts of two numbers that are compared
 
 
 class Node:

@@ -16,8 +16,8 @@ Json = Any
 Cut = tuple[Terms, str, Fraction]  # a direction, `<=` or `<`, a number: the points below are on one side
 Point = dict[str, Fraction]
 Ranges = Mapping[str, tuple[Fraction, Fraction]]
-SHORT = 20_000  # nodes of the first search
-ENOUGH = 300  # places that are looked at for a cut
+SHORT = 4_000  # nodes of the first search
+ENOUGH = 30  # places that are looked at for a cut
 DEEPEST = 250
 
 
