@@ -25,13 +25,16 @@ def repair(before: Subject, accepted: Collection[str], only: str | None = None) 
     claim (or family) speaks of is looked at, and nothing else.
     """
     before.decide(before.claims)
-    trials, asked = Trials(before), _Asked(frozenset(before.findings) - frozenset(accepted), only)
+    trials, asked = (
+        Trials(before),
+        _Asked(frozenset(before.findings) - frozenset(accepted), frozenset(before.findings), only),
+    )
     proposals, hopeless = table_repairs(trials, only)
     if only is None:
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
     state = (trials.after([p.change for p in proposals]) if proposals else None) or before
     search = TextSearch(trials)
-    proposals += search.search(asked.findings(state), asked.claims(state))
+    proposals += search.search([k for k in asked.findings(state) if k in before.findings], asked.claims(state))
     state, together, kept = _together(trials, proposals)
     remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
     edits = _edits(kept)
@@ -46,10 +49,14 @@ class _Asked:
     """What is to be mended: findings of the spec as written that nobody accepted, claims that are not as expected."""
 
     open: frozenset[str]
+    known: frozenset[str]
     only: str | None
 
     def findings(self, subject: Subject) -> list[str]:
-        return [k for k in subject.findings if k in self.open] if self.only is None else []
+        """Those that are there, also where the same is said of other values now."""
+        moved = {k.split(":")[0] for k in self.open if k not in subject.findings}
+        there = [k for k in subject.findings if k in self.open or (k not in self.known and k.split(":")[0] in moved)]
+        return there if self.only is None else []
 
     def claims(self, subject: Subject) -> list[str]:
         return [n for n in subject.claims if self.is_about(n) and subject.broken(n)]

@@ -10,9 +10,11 @@ from haverify.diagnostics.codes import severity
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.evidence.verdict import Refuted, Unknown
 from haverify.maths.exact import parse_decimal
+from haverify.repair.cells import cells_by_line, slips_of
 from haverify.repair.change import Change
 from haverify.repair.effect import Effect
 from haverify.repair.proposal import Proposal
+from haverify.repair.reads import stated
 from haverify.repair.subject import Subject
 from haverify.repair.suspects import claim_spans, finding_spans, model_spans
 from haverify.repair.trial import Trials
@@ -54,7 +56,11 @@ class _Try:
 
     def rank(self, left: frozenset[str]) -> tuple[int, int, int]:
         other = _COINCIDENT if self.is_known else _ANY
-        return (-len(self.solves & left), _CLASS.get(self.change.kind, other), -len(self.effect.better))
+        return (
+            -len(self.solves & left),
+            _CLASS.get(self.change.kind, other),
+            -len(self.solves | {*self.effect.better}),
+        )
 
 
 @holder
@@ -79,12 +85,13 @@ class TextSearch:
         return proposals
 
     def _stages(self, findings: Sequence[str], claims: Sequence[str]) -> Iterator[Iterator[_Candidate]]:
-        """What findings propose; the places of errors; those of warnings; what claims say; what they are about."""
+        """What findings propose; places of errors, of warnings; what claims say; cells they read; their models."""
         found = [self.trials.before.findings[k] for k in findings]
         yield (_Candidate(c) for d in found for c in self._proposed(d))
         for wanted in (Severity.ERROR, Severity.WARNING):
             yield (_Candidate(c) for d in found if severity(d) is wanted for c in self._of_finding(d))
         yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_spans(self._goals(n)))
+        yield (_Candidate(c, n) for n in claims for c in self._of_cells(n))
         before = self.trials.before
         about = {n: model_spans(before.text, before.claims[n]) for n in claims}
         yield (_Candidate(c, n) for n, spans in about.items() for c in self._of_spans(spans))
@@ -99,6 +106,16 @@ class TextSearch:
     def _of_finding(self, d: Diagnostic) -> Iterator[Change]:
         changes = self._of_spans(finding_spans(self.trials.before.text, d))
         return (c for c in changes if c.kind == "strictness" or d.code not in _GENTLE)
+
+    def _of_cells(self, name: str) -> Iterator[Change]:
+        """Slips in cells that a claim states or its automaton moves by: numbers as in the text, kept in a table."""
+        before = self.trials.before
+        assert before.spec is not None
+        wanted = stated(before.spec, before.claims[name])
+        places = (p for line in cells_by_line(before.spec).values() for p in line)
+        for place in places:
+            if any(c.constant in wanted for c in place):
+                yield from slips_of(place, before.text.sources)
 
     def _goals(self, name: str) -> list[Span]:
         before = self.trials.before
@@ -142,7 +159,7 @@ class TextSearch:
             return False
         if c.claim is None:
             after.lint()
-            return after.has_meaning and before.findings.keys() > after.findings.keys()
+            return after.has_meaning and len(before.findings) > len(after.findings)
         if c.claim not in after.claims:
             return False
         after.decide([c.claim])
@@ -167,6 +184,13 @@ class TextSearch:
         rest = text[: first.span.start] + " " + text[first.span.end :]
         return any(parse_decimal(m) == value for m in _NUMERAL.findall(rest))
 
+    def _distance(self, change: Change) -> Fraction:
+        """How far a changed number is from the one as written; 0 for other changes."""
+        first = change.edits[0]
+        old = parse_decimal(self.trials.before.text.sources[first.span.path].at(first.span))
+        new = parse_decimal(first.text)
+        return abs(new - old) if old is not None and new is not None and len(change.edits) == 1 else Fraction(0)
+
     # ---- choice ------------------------------------------------------------------
 
     def _chosen(self, problems: frozenset[str]) -> tuple[list[Proposal], frozenset[str]]:
@@ -175,8 +199,9 @@ class TextSearch:
         while helpful := [t for t in self.tried if t.solves & left]:
             ranks = {id(t): t.rank(left) for t in helpful}
             best = min(ranks.values())
-            first, *others = sorted((t for t in helpful if ranks[id(t)] == best), key=lambda t: t.change.order())
-            equals = [t.change for t in others if t.solves & left == first.solves & left]
+            tied = [t for t in helpful if ranks[id(t)] == best]
+            first, *others = sorted(tied, key=lambda t: (self._distance(t.change), t.change.order()))
+            equals = [t.change for t in others if t.solves == first.solves]
             found.append(Proposal(first.change, first.effect, (), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:])))
             left -= first.solves
         return found, left
