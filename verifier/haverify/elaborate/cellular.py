@@ -59,7 +59,7 @@ def _cells(env: Env, symbol: Symbol, line: t.CellLine) -> None:
     if first.name.lower() == second.name.lower():
         told = f"both parts of {symbol.name} would be called '{first.name.lower()}': two enumerations are needed"
         env.ctx.fail("HA105", told, line.span)
-    symbol.payload = CellSet(symbol.name, first, second)
+    symbol.payload = CellSet(symbol.name, first, second, (line.first, line.second))
 
 
 def _enum(env: Env, name: str, line: t.CellLine) -> EnumType:
