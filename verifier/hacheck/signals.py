@@ -329,7 +329,7 @@ class Ways(Signals):
         if self.q.model.scope.modes[cell.mode]["terminal"]:
             moving = any(self.q.model.flow(cell.mode)[1].values())
             return moving or (cell.stay[1] is not None and low + cell.stay[1] <= self.reach)
-        return not self.cells.never_stuck(i, self.horizon)
+        return not self.cells.never_stuck(i, self.cells.time)
 
     def located(self, mode: str, box: Box, sigma: Interval) -> list[int]:
         """The one cell that contains a box, else all that touch it."""

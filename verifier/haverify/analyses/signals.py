@@ -215,7 +215,7 @@ def _told_as(setting: Setting, number_: int, answer: Answer) -> Answer:
     """The answer with its one part; of `can_always`, which the search denied, the other way round."""
     if setting.goal.kind == "can_always":
         answer.verdict = {"proved": "refuted", "refuted": "proved"}.get(answer.verdict, "unknown")
-    text = "a run keeps it" if setting.goal.kind == "can_always" else "the formula at the start of every run"
+    text = "that some run keeps it" if setting.goal.kind == "can_always" else "the formula at the start of every run"
     decided: dict[str, Verdict] = {"proved": Proved(answer.margin), "refuted": Refuted(answer.margin)}
     verdict = decided.get(answer.verdict) or answer.unknown
     assert verdict is not None, "what is not decided says why"

@@ -234,7 +234,7 @@ def _ends(reading: Reading, i: int, entered: tuple[int, int] | None, before: tup
     horizon = reading.stl.horizon()
     if cell.dwell is None or cell.sigma.high + cell.dwell > horizon * reading.rate[0]:
         yield Way((*before, Visit(i, entered, length, length)), False)
-    if _may_end(reading, cell) or not never_stuck(cells, i, horizon):
+    if _may_end(reading, cell) or not never_stuck(cells, i, cells.time):
         yield Way((*before, Visit(i, entered, Q(0), length)), True)
 
 

@@ -26,6 +26,7 @@ from haverify.text.record import record
 
 Q = Fraction
 Pairs = tuple[tuple[Expr, Expr], ...]
+NARROW = Q(1, 10**9)
 STEPS = 10  # halvings where no value of a comparison is the robustness
 EVENTS = frozenset({"at", "jump", "jumped", "true", "false"})
 
@@ -129,22 +130,25 @@ def _of_run(stl: Formula, run: Followed, listed: Sequence[Critical]) -> tuple[Q 
     high = listed[last]
     if run.holds(stl, pairs(stl, high.value, True)) is True:
         return high.value, high.value, high
-    if first < 0:
-        return None, None, None
-    low, top = listed[first].value, high.value
-    narrow = top - low < Q(1, 10**9)
-    for _ in range(0 if narrow else STEPS):
-        middle_value = (low + top) / 2
-        if run.holds(stl, pairs(stl, middle_value, True)) is True:
-            low = middle_value
-        else:
-            top = middle_value
-    below = run.holds(stl, pairs(stl, low, True)) is True
-    return (
-        (low, top, high if narrow else None)
-        if below and run.holds(stl, pairs(stl, top, False)) is False
-        else (None, None, None)
-    )
+    for wider in range(3):  # values around a root are enclosures: those next to them may be needed
+        below, above = listed[max(first - wider, 0)], listed[min(last + wider, len(listed) - 1)]
+        if run.holds(stl, pairs(stl, below.value, True)) and run.holds(stl, pairs(stl, above.value, False)) is False:
+            return _halved(stl, run, below, above)
+    return None, None, None
+
+
+def _halved(stl: Formula, run: Followed, below: Critical, above: Critical) -> tuple[Q, Q, Critical | None]:
+    """Closer bounds, where values of comparisons leave more than rounding between them."""
+    low, high = below.value, above.value
+    if high - low < NARROW:
+        return low, high, above
+    for _ in range(STEPS):
+        middle = (low + high) / 2
+        if run.holds(stl, pairs(stl, middle, True)):
+            low = middle
+        elif run.holds(stl, pairs(stl, middle, False)) is False:
+            high = middle
+    return low, high, None
 
 
 def _of_all(stl: Formula, best: Q, everywhere: Callable[[Pairs], bool]) -> Q:
