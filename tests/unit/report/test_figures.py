@@ -286,7 +286,7 @@ def test_chained_systems_are_drawn_over_the_inputs_of_the_first() -> None:
     of = {"name": "a", "unit": "1", "low": None, "high": None, "source": ["F", "o"], "terms": []}
     rules = [{"name": "1", "output": "p", "premise": ["is", "a", "go"], "term": "on"}]
     second = system(name="G", inputs=[of], outputs=[{"name": "p", "terms": ["on"]}], rules=rules)
-    (chart,) = fuzzy.conclusions(Material({"fuzzy": [system(), second]}), second)
+    (chart,) = fuzzy.conclusions(fuzzy.chain(Material({"fuzzy": [system(), second]})), second)
     assert "over f and r" in chart.caption
 
 

@@ -28,9 +28,10 @@ def _of_model(material: Material) -> Iterator[Figure]:
         yield from drawn(of_claims.of_automaton, material, automaton)
     for rule in material.listed("cellular"):
         yield from drawn(orbits.of_rule, material, rule)
+    systems = fuzzy.chain(material)
     for system in material.listed("fuzzy"):
         yield from drawn(fuzzy.memberships, system)
-        yield from drawn(fuzzy.conclusions, material, system)
+        yield from drawn(fuzzy.conclusions, systems, system)
 
 
 def _shape(automaton: Json) -> str:
