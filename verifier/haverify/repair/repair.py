@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 from haverify.diagnostics.diagnostic import Edit
 from haverify.repair.bound_repairs import bound_repairs
@@ -17,12 +17,14 @@ from haverify.report.gate import expected
 from haverify.text.record import record
 
 
-def repair(before: Subject, accepted: Collection[str], only: str | None = None) -> Outcome:
+def repair(
+    before: Subject, accepted: Collection[str], only: str | None = None, has_time: Callable[[], bool] = lambda: True
+) -> Outcome:
     """Proposals for what is wrong in a spec that is read and linted and has a meaning.
 
     `accepted` are the keys of findings that are on record with a reason. Those about the text stay as they are; those
     that table cells explain do not: what was copied wrongly is wrong, whatever is known of it. With `only`, what one
-    claim (or family) speaks of is looked at, and nothing else.
+    claim (or family) speaks of is looked at, and nothing else. The search in the text ends where `has_time` says no.
     """
     before.decide(before.claims)
     trials, asked = (
@@ -33,7 +35,7 @@ def repair(before: Subject, accepted: Collection[str], only: str | None = None) 
     if only is None:
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
     state = (trials.after([p.change for p in proposals]) if proposals else None) or before
-    search = TextSearch(trials)
+    search = TextSearch(trials, has_time=has_time)
     proposals += search.search([k for k in asked.findings(state) if k in before.findings], asked.claims(state))
     state, together, kept = _together(trials, proposals)
     remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from haverify.diagnostics.codes import severity
@@ -30,8 +30,13 @@ _COINCIDENT, _ANY = 4, 5
 """A change that helps only at one point, or in one way, is better evidence than a number that may be many others; of
 numbers those are likelier that the spec has elsewhere too."""
 
-_GENTLE = ("HA204", "HA205", "HA212", "HA213", "HA304", "HA305", "HA401", "HA404", "HA602", "HA604", "HA606")
+_GENTLE = (
+    *("HA204", "HA205", "HA212", "HA213", "HA304", "HA305", "HA401", "HA404", "HA510", "HA511", "HA512", "HA513"),
+    *("HA514", "HA602", "HA604", "HA606"),
+)
 """Findings that other numbers would silence without being righter: only their own fix and strictness are tried."""
+
+_FAR = 4  # so many times as far from what is written, a number is less likely
 
 _NUMERAL = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _IN_CLAIM, _IN_MODEL = Fraction(1, 4), Fraction(1)
@@ -70,6 +75,7 @@ class TextSearch:
     trials: Trials
     tried: list[_Try] = field(default_factory=list)
     seen: set[object] = field(default_factory=set)
+    has_time: Callable[[], bool] = lambda: True
     was_cut: bool = False
 
     def search(self, findings: Sequence[str], claims: Sequence[str]) -> list[Proposal]:
@@ -137,7 +143,7 @@ class TextSearch:
             known = any(t.change.edits == c.change.edits for t in self.tried)
             if known or (c.change.edits, c.claim) in self.seen:
                 continue
-            if (len(self.seen) + 1) * size > MOST_WORK:
+            if (len(self.seen) + 1) * size > MOST_WORK or not self.has_time():
                 self.was_cut = True
                 return
             self.seen.add((c.change.edits, c.claim))
@@ -200,7 +206,8 @@ class TextSearch:
             ranks = {id(t): t.rank(left) for t in helpful}
             best = min(ranks.values())
             tied = [t for t in helpful if ranks[id(t)] == best]
-            first, *others = sorted(tied, key=lambda t: (self._distance(t.change), t.change.order()))
+            near = min(self._distance(t.change) for t in tied) * _FAR
+            first, *others = sorted(tied, key=lambda t: (self._distance(t.change) > near, t.change.order()))
             equals = [t.change for t in others if t.solves == first.solves]
             found.append(Proposal(first.change, first.effect, (), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:])))
             left -= first.solves
