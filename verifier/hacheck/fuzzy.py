@@ -15,18 +15,27 @@ from typing import Any
 from hacheck.core import Core, by_name
 from hacheck.formula import NEGATED
 from hacheck.rational import Beyond, Refused, number, spend
-from hacheck.regions import Node, Region, Truth, at_most, box, choice, combine, denied, holds_at, join, least, linear
+from hacheck.regions import (
+    Node,
+    Region,
+    Truth,
+    at_most,
+    box,
+    choice,
+    combine,
+    denied,
+    holds_at,
+    join,
+    least,
+    linear,
+    minus,
+)
 from hacheck.regions import true_on as shown_on
 
 Json = Any
 ONE, ZERO = linear(Fraction(1)), linear(Fraction(0))
 Value = tuple[Node, Truth]  # a number, and where it is defined
 CORNERS = {"tri": 3, "trap": 4, "ramp": 2, "point": 1}
-
-
-def minus(a: Node, b: Node) -> Node:
-    """The difference."""
-    return combine([(Fraction(1), a), (Fraction(-1), b)])
 
 
 def slope(x: Node, zero: Fraction, one: Fraction) -> Node:
@@ -124,7 +133,9 @@ class Systems:
         if e[0] == "not" and len(e) == 2:
             return minus(ONE, self.premise(name, e[1], at))
         if e[0] in ("and", "or") and len(e) > 1:
-            return least("min" if e[0] == "and" else "max", [self.premise(name, a, at) for a in e[1:]])
+            op = "min" if e[0] == "and" else "max"
+            made = lambda: least(op, [self.premise(name, a, at) for a in e[1:]])  # noqa: E731
+            return self._remembered(("premise", name, json.dumps(e)), at, made)
         raise Refused("a premise is none")
 
     def _remembered(self, key: tuple[str, ...], at: dict[str, Node], make: Any) -> Node:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
@@ -126,9 +127,11 @@ def _between(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
     if not a.names or not b.names:
         yield from _crossings(a, b, strict)
         return
-    inner = [*_inside(a), *_inside(b)]
-    yield from inner
-    if not any(len(c[0]) == 1 for c in inner):
+    straight = False
+    for found in chain(_inside(a), _inside(b)):
+        straight = straight or len(found[0]) == 1
+        yield found
+    if not straight:
         yield from _crossings(a, b, strict)
 
 
