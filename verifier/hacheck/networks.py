@@ -45,9 +45,6 @@ class Network(Readings):
     def _priorities(self) -> list[tuple[str, str, Json]]:
         """Which interaction suppresses which, and when: all chains of the priorities of the core."""
         direct = self.root.priorities()
-        for a in self.automata:
-            direct += [(a.prefix + x, a.prefix + y, a.flat(p["when"])) for p in a.model["priorities"]
-                       for k, x in enumerate(p["over"]) for y in p["over"][k + 1 :]]  # fmt: skip
         if any(n not in self.together for a, b, _ in direct for n in (a, b)):
             raise Beyond("a priority among edges that fire only together with others")
         found, new = list(direct), list(direct)

@@ -33,7 +33,7 @@ METHOD = "zones"
 MODEL = ("systems", "automata", "constants", "params", "enums", "assumptions")
 FINEST = 1 << 36  # units of time in a second
 MANY = 40  # interactions listed
-STEPS = 60_000_000  # for the usual budget
+STEPS = 8_000_000  # for the usual budget
 EVENTS = frozenset({"jump", "jumped", "pre"})
 
 
@@ -57,7 +57,7 @@ class Systems:
     files: dict[int, tuple[str, Json]] = field(default_factory=dict)
     scales: dict[str, int] = field(default_factory=dict)
 
-    def exploration(self, q: Question, limit: Fraction | None, effort: Effort) -> Exploration:
+    def exploration(self, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Exploration:
         """The exploration for a question, up to a time."""
         scale = self.scales.get(q.system["name"], 1)
         network = Network(self.core, q.system, scale, limit is not None, effort)
@@ -65,13 +65,17 @@ class Systems:
         symmetry = symmetry_of(network, [wanted])
         compared = (wanted,) if mentioned(wanted) & set(network.clocks) or q.speaks_of(wanted, {TIME}) else ()
         both_ways = q.speaks_of(wanted, {"stuck"})
-        key = (q.system["name"], limit, q.jumps, scale, repr(compared), both_ways, symmetry.groups)
+        key = (q.system["name"], limit, q.jumps, scale, repr(compared), both_ways, is_exact, symmetry.groups)
         if key not in self.made:
             end = True if limit is None else network.terms.clock_bounds(TIME, None, limit)
             claims = (*compared, *([] if limit is None else [["<=", [TIME], rational_text(limit)]]))
-            self.made[key] = Exploration(network, symmetry, Bounds(network, claims, both_ways), end, q.jumps)
+            self.made[key] = Exploration(network, symmetry, Bounds(network, claims, both_ways, is_exact), end, q.jumps)
         self.made[key].use(effort)
         return self.made[key]
+
+    def drop(self, x: Exploration) -> None:
+        """Forget an exploration that stopped in the middle of a step."""
+        self.made = {k: v for k, v in self.made.items() if v is not x}
 
     def refine(self, q: Question, factor: int) -> None:
         """Count time in a finer unit from now on."""
@@ -212,15 +216,13 @@ def _goal(systems: Systems, claim: Json, goal: Json, effort: Effort) -> Found:
 
 def _decided(systems: Systems, q: Question, effort: Effort) -> Found:
     """First without a clock for the time, which is enough for most; then with it, if only the horizon can decide."""
-    found = None
-    if q.limit is None or not q.needs_time:
-        found = _explored(systems, q, None, effort)
-        if (
-            q.limit is None
-            or isinstance(found.verdict, Unknown)
-            or found.run is None
-            or _duration(found.run) <= q.limit
-        ):
+    if q.limit is not None and not q.needs_time:
+        try:
+            found = _explored(systems, q, None, Effort(effort.left // 3))
+        except (OutsideFragmentError, SpentError):
+            found = Found(Unknown("fragment", ""))
+        is_early = found.run is None or _duration(found.run) <= q.limit
+        if is_early and not isinstance(found.verdict, Unknown):
             return found
     return _explored(systems, q, q.limit, effort)
 
@@ -230,11 +232,32 @@ def _duration(run: NetworkRun) -> Fraction:
 
 
 def _explored(systems: Systems, q: Question, limit: Fraction | None, effort: Effort) -> Found:
+    """What an exploration shows; where its rounded zones mislead (differences of clocks), one with exact zones."""
+    found = _refined(systems, q, limit, effort, False)
+    if not isinstance(found.verdict, Unknown) or found.verdict.kind != "abstraction":
+        return found
+    try:
+        return _refined(systems, q, limit, Effort(effort.left // 4), True)
+    except SpentError:
+        return found
+
+
+def _refined(systems: Systems, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Found:
+    """The same in a unit of time of which all bounds are multiples."""
     while True:
         try:
-            return _searched(systems, q, systems.exploration(q, limit, effort))
+            x = systems.exploration(q, limit, effort, is_exact)
         except ScaleError as e:
             systems.refine(q, e.factor)
+            continue
+        try:
+            return _searched(systems, q, x)
+        except ScaleError as e:
+            systems.drop(x)
+            systems.refine(q, e.factor)
+        except (OutsideFragmentError, SpentError):
+            systems.drop(x)
+            raise
 
 
 def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
