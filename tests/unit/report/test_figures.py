@@ -311,3 +311,36 @@ def test_ticks_of_any_range_are_few() -> None:
 def test_a_rule_by_formula_has_no_orbits() -> None:
     with pytest.raises(Undrawable):
         orbits.of_rule(Material(), {**RULE, "rules": []})
+
+
+JUNK = [None, True, [], {}, "", "x", "1/0", "1e999999", 5, [[]], ["let", "y"], ["^", ["var", "x"], "99"]]
+
+
+def places(x: Any) -> list[tuple[Any, Any]]:
+    """Every place in nested lists and objects, as a container and a key."""
+    keys = list(x) if isinstance(x, dict) else list(range(len(x))) if isinstance(x, list) else []
+    return [(x, k) for k in keys] + [p for k in keys for p in places(x[k])]
+
+
+CELLS = {"A": {"automaton": "A", "cells": [{"mode": "Up", "entry": {"x": ["0", "0"]}, "dwell": "1"}]}}
+CONDITION = ["implies", ["at", "Up"], ["<=", ["abs", ["der", Y]], ["*", "2", X]]]
+CORES = {
+    "automaton": (core(CONDITION).core, CELLS, JUNK),
+    "rule": ({"cellular": [RULE]}, {}, JUNK),
+    "fuzzy": ({"fuzzy": [system()]}, {}, JUNK[2:8:2]),
+}
+
+
+@pytest.mark.parametrize("name", CORES)
+def test_a_core_damaged_anywhere_stops_no_page(name: str) -> None:
+    text = json.dumps(CORES[name][:2])
+    told = whole(claim(parts=[part(mode="Up")]))
+    counts = set()
+    for k in range(len(places(json.loads(text)))):
+        for junk in (CORES[name][2] * 3)[k % 5 :: 5][:4]:
+            both = json.loads(text)
+            container, key = places(both)[k]
+            if container is not both:
+                container[key] = junk
+                counts.add(len(plots.every(told, Material(*both))))
+    assert len(counts) > 1

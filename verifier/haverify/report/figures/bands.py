@@ -9,7 +9,7 @@ from haverify.report.figures.evaluate import scope
 from haverify.report.figures.material import Json, Material, Undrawable
 from haverify.text.record import record
 
-MOST = 60
+MOST = 36
 
 
 @record

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from haverify.report.figures.bands import MOST, Band, bands
+from haverify.report.figures.bands import Band, bands
 from haverify.report.figures.evaluate import Scope, Value, reads, scope
 from haverify.report.figures.material import Json, Material, Undrawable
 from haverify.report.figures.quantities import Bound, Quantity
@@ -38,8 +38,6 @@ def clock_of(material: Material, automaton: Json, wanted: list[Quantity]) -> str
     Undrawable      if there is none, or more than one
     """
     found: set[str] = set()
-    if len(automaton["modes"]) > MOST:
-        raise Undrawable
     for mode in automaton["modes"]:
         s = scope(material, automaton, mode)
         for q in wanted:

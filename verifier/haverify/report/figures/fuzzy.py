@@ -12,7 +12,7 @@ from haverify.report.figures.material import Figure, Json, Material, Undrawable
 from haverify.text.record import field, record
 
 WIDTH, LEFT, RIGHT, TOP = 680.0, 44.0, 10.0, 30.0
-_INPUTS, _TERMS, _GRID, _DEPTH = 12, 10, 20, 8
+_INPUTS, _TERMS, _GRID, _DEPTH, _RULES = 12, 10, 20, 8, 400
 _HEIGHT, _GAP = 84.0, 56.0
 
 Values = Mapping[tuple[str, str], float]
@@ -148,7 +148,7 @@ class Chain:
 
 def chain(material: Material) -> Chain:
     """The fuzzy systems of a core."""
-    return Chain({s["name"]: s for s in material.listed("fuzzy") if "name" in s})
+    return Chain(material.by_name("fuzzy"))
 
 
 def _holds(e: Any, known: Mapping[tuple[str, str], float], logic: list[str]) -> float:
@@ -190,29 +190,33 @@ def _rest(ends: list[End]) -> dict[tuple[str, str], float]:
 def _grid(systems: Chain, system: Json, ends: list[End]) -> list[list[Values]]:
     """The strengths at the middles of the squares of a grid, row by row from below."""
     (one, i), (two, j) = ends[:2]
+    rules = sum(len(s["rules"]) for s in systems.systems.values())
+    if rules > _RULES:
+        raise Undrawable
+    size = _GRID if rules <= _RULES // 4 else _GRID // 2
     rest, rows = _rest(ends), list[list[Values]]()
-    for r in range(_GRID):
-        y = _between(j, r)
-        at: list[Values] = [{**rest, (one, i["name"]): _between(i, c), (two, j["name"]): y} for c in range(_GRID)]
+    for r in range(size):
+        y = _between(j, r, size)
+        at: list[Values] = [{**rest, (one, i["name"]): _between(i, c, size), (two, j["name"]): y} for c in range(size)]
         rows.append([systems.strengths(system, values) for values in at])
     return rows
 
 
-def _between(i: Json, k: int) -> float:
+def _between(i: Json, k: int, size: int) -> float:
     low, high = float_of(i["low"]), float_of(i["high"])
-    return low + (high - low) * (k + 0.5) / _GRID
+    return low + (high - low) * (k + 0.5) / size
 
 
 def _map(system: Json, output: Json, ends: list[End], grid: list[list[Values]]) -> Figure:
     side, left, top = 264.0, 60.0, 14.0
-    size = side / _GRID
+    size = side / len(grid)
     parts = [svg.rect(left, top, side, side, "frame")]
     used: dict[int, None] = {}
     for r, row in enumerate(grid):
         start = 0
         winners = [_winner(output, strengths) for strengths in row]
-        for c in range(1, _GRID + 1):
-            if c == _GRID or winners[c] != winners[start]:
+        for c in range(1, len(grid) + 1):
+            if c == len(grid) or winners[c] != winners[start]:
                 if winners[start] is not None:
                     used[winners[start] or 0] = None
                     at = (left + start * size, top + side - (r + 1) * size)

@@ -33,9 +33,13 @@ class Material:
 
     def named(self, key: str, name: str | None) -> Json | None:
         """The object of that name in a list of the core."""
+        return self.by_name(key).get(name) if name is not None else None
+
+    def by_name(self, key: str) -> dict[str, Json]:
+        """The objects of a list of the core that have a name."""
         if key not in self.index:
             self.index[key] = {x["name"]: x for x in self.listed(key) if isinstance(x.get("name"), str)}
-        return self.index[key].get(name) if name is not None else None
+        return self.index[key]
 
 
 @record

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from haverify.report.figures import lanes, panels, runs
+from haverify.report.figures.bands import MOST
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
 from haverify.report.figures.quantities import Quantity, mentioned, outputs, quantities
@@ -50,7 +51,7 @@ def of_automaton(material: Material, automaton: Json) -> Figure:
     Undrawable      if it has none, or they are no functions of one clock
     """
     wanted = outputs(automaton)[:_PANELS]
-    if not wanted:
+    if not wanted or len(automaton["modes"]) > MOST:
         raise Undrawable
     svg = _draw(material, automaton, wanted, [], f"the outputs of {automaton['name']}")
     left = len(outputs(automaton)) - len(wanted)
@@ -63,6 +64,8 @@ def of_automaton(material: Material, automaton: Json) -> Figure:
 
 
 def _bounded(material: Material, automaton: Json, claim: Json, c: Claim) -> Figure:
+    if len(automaton["modes"]) > MOST:
+        raise Undrawable
     every = quantities(claim, automaton)
     wanted = every[:_PANELS]
     if not wanted:
