@@ -314,7 +314,9 @@ class Ways(Signals):
             if cell.stay[1] is None or high + cell.stay[1] > self.horizon * self.rate[0]:
                 self._check([*way, (i, entered, Dwell(length, length, *clock))], False)
             if self._may_end(i, low):
-                self._check([*way, (i, entered, Dwell(ZERO, length, *clock))], True)
+                states, model = self.cells.at(i, (ZERO, cell.stay[1])), self.q.model
+                kept = not scope.modes[cell.mode]["terminal"] and model.certainly(model.domain(cell.mode), states)
+                self._check([*way, (i, entered, Dwell(length if kept else ZERO, length, *clock))], True)
             for k in self.q.model.leaving[cell.mode]:
                 after, sigma, s = self.cells.outcome(i, k, cell.stay)
                 if after is None or s[0] is None or low + s[0] > self.reach:

@@ -11,13 +11,14 @@ from haverify.analyses.bounds import Box, Interval, point
 from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import reads_time
 from haverify.analyses.clocked import Cells, start_box
+from haverify.analyses.opening import certainly
 from haverify.analyses.placement import Placement, Tree, place
 from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Question, Setting, narrowed
 from haverify.analyses.signals_formula import Formula as Stl
 from haverify.analyses.signals_pieces import Item, divided, exact, merged, spans_of
 from haverify.analyses.signals_value import ZERO, Cut, Dwell, Signal, Spans, Timeline, at_start, common, joined
-from haverify.analyses.stuck import never_stuck
+from haverify.analyses.stuck import never_stuck, states
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.denial import denial
 from haverify.obligations.formula import Formula, conjunction, variables
@@ -235,7 +236,10 @@ def _ends(reading: Reading, i: int, entered: tuple[int, int] | None, before: tup
     if cell.dwell is None or cell.sigma.high + cell.dwell > horizon * reading.rate[0]:
         yield Way((*before, Visit(i, entered, length, length)), False)
     if _may_end(reading, cell) or not never_stuck(cells, i, cells.time):
-        yield Way((*before, Visit(i, entered, Q(0), length)), True)
+        kept = not cells.model.mode(cell.mode).terminal and certainly(
+            cells.model, cells.model.mode(cell.mode).domain, states(cells, i)
+        )
+        yield Way((*before, Visit(i, entered, length if kept else Q(0), length)), True)
 
 
 def _may_end(reading: Reading, cell: Cell) -> bool:

@@ -16,6 +16,7 @@ from haverify.obligations.formula import Formula, Literal, by_bounds, literals, 
 from haverify.text.record import record
 
 Q = Fraction
+SHORT = 10**6  # denominators of roots that are looked for
 ATTEMPTS = 40  # proofs tried on one dwell
 
 
@@ -77,6 +78,9 @@ def _root(elements: list[tuple[sturm.Piece, bool]], n: int, f: Formula) -> tuple
         p = square_free(primitive(leaf.polynomial.dense()))
         if sign_at(p, place.low) != sign_at(p, place.high):
             fine = sturm.refine(p, place)
+            short = fine.middle.limit_denominator(SHORT)
+            if fine.low <= short <= fine.high and sign_at(p, short) == 0:
+                return short, short
             return fine.low, fine.high
     return place.low, place.high
 
