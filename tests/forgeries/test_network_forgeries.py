@@ -191,6 +191,11 @@ OTHER_SYSTEMS: dict[str, tuple[str, Callable[[Case], Any]]] = {
     "one process fires alone": ("exclusion", lambda c: c.system("F")["syncs"].remove(_sync(c, "F", "enter[3]"))),
     "one process starts inside": ("exclusion", lambda c: c.automaton("P")["init"].append(
         {"mode": "Critical", "where": True, "with": [{"var": "x", "to": "0"}]})),
+    "no start": ("exclusion", lambda c: c.system("F")["init"][0].update(where=False)),
+    "no start, and nothing listed": ("exclusion", lambda c: (
+        c.system("F")["init"][0].update(where=False), c.states("exclusion").update(starts=[], states=[]))),
+    "a part's clock set by the system": ("exclusion", lambda c: c.system("F")["init"][0]["with"].append(
+        {"var": "p[1].x", "to": "1"})),
     "anyone may own at the start": ("safe_for_one", lambda c: c.system("F").update(init=[])),
     "one process is another automaton": ("exclusion", lambda c: (
         c.core["automata"].append({**copy.deepcopy(c.automaton("P")), "name": "Q"}),

@@ -11,7 +11,7 @@ from hacheck.core import Core
 from hacheck.parts import Edge, Together, mentioned
 from hacheck.rational import Beyond, Refused, spend
 from hacheck.readings import Event, Readings, State
-from hacheck.zones import LARGEST, Formula, Zone, both, either, opposite
+from hacheck.zones import NO_BOUND, Formula, Zone, both, either, opposite
 
 Json = Any
 
@@ -240,7 +240,7 @@ class Network(Readings):
         if d is None or self.is_terminal(s):
             return False
         ends = either(
-            (0, c, 1 - (d[c * self.space.n] & ~1)) for c in range(1, self.space.n) if d[c * self.space.n] < LARGEST * 4
+            (0, c, 1 - (d[c * self.space.n] & ~1)) for c in range(1, self.space.n) if d[c * self.space.n] != NO_BOUND
         )
         return both([self.space.formula(d), ends, *(opposite(f) for _, f in self.fires(s))])
 

@@ -48,7 +48,10 @@ class Listed:
         self.states = [self._state(entry) for entry in data["states"]]
         self.hints = [entry["next"] for entry in data["states"]]
         self.limit: Formula = True if self.time is None else self.network.truth(["<=", [TIME], data["time"]], ())
-        for s, z in self.network.starts():
+        starts = list(self.network.starts())
+        if not starts:
+            raise Refused("the system has no start, so nothing can be shown of its runs")
+        for s, z in starts:
             self._covered(data["starts"], s, z, 0)
         for i, _ in enumerate(self.states):
             for _, target, landed, depth in self.landings(i):

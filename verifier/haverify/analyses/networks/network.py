@@ -87,6 +87,8 @@ class Network:
             )
         self.types[name] = v["type"]
         if v["low"] is not None or v["high"] is not None:
+            if v["type"] != "real":
+                raise OutsideFragmentError(f"`{name}` is discrete and has a declared range besides its type")
             ends = [None if v[k] is None else self.terms.number(place.flat(v[k]), ()) for k in ("low", "high")]
             self.windows[name] = (ends[0], ends[1])
         rate = rates.pop()
