@@ -169,11 +169,26 @@ def _run(c: Claim) -> list[Html]:
 
 def _step(run: Run, k: int, names: Sequence[str]) -> list[Html]:
     is_end = k >= len(run.mode_path)
-    mode = f"end, in {run.mode_path[-1]}" if is_end else run.mode_path[k]
+    mode = _end(run) if is_end else _mode(run, k)
     state = run.states_decimal[k] if k < len(run.states_decimal) else {}
     said = f": {run.violation}" if is_end and run.violation else ""
     first = [cell(run.times_decimal[k], kind="n"), cell(clipped(mode + said, 160))]
     return first + [cell(state.get(n, ""), kind="n") for n in names]
+
+
+def _mode(run: Run, k: int) -> str:
+    """The mode that is entered; of a system, after its start, what fired and the parts that it moved."""
+    parts = run.mode_path[k].split(", ")
+    if k == 0 or len(parts) == 1:
+        return run.mode_path[k]
+    before = run.mode_path[k - 1].split(", ")
+    moved = ", ".join(p for p in parts if p not in before) or "no part moves"
+    return f"{run.edges[k - 1]}: {moved}" if k <= len(run.edges) else moved
+
+
+def _end(run: Run) -> str:
+    """The end of a run, in a mode where that is one word."""
+    return "end" if ", " in run.mode_path[-1] else f"end, in {run.mode_path[-1]}"
 
 
 def _with(run: Run, name: str) -> str:
