@@ -6,7 +6,7 @@ share is proved, or a run in one of them violates the claim, or the budget is sp
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import islice
 from typing import Any
@@ -37,7 +37,8 @@ from haverify.text.record import field, holder, record, replace
 Q = Fraction
 Json = Any
 FEW, AT_FIRST = 3, 1200  # runs looked at before a proof is sought, and jumps made for that
-FURTHER = 300  # jumps made in search of a run in each share that is not proved
+FURTHER, SLOW = 300, 20  # jumps made in search of a run in a share that is not proved, and when little work is left
+SOME = 6  # choices of params for which a run's robustness is looked at
 LEAVES = 48  # shares of the params' and starts' ranges
 
 
@@ -87,30 +88,30 @@ class Search:
         """The atoms as they are."""
         return tuple((a, a) for a in self.stl.atoms)
 
-    def share(self, model: ClockModel) -> Share:
-        """Prove the formula on a share, or split it."""
+    def share(self, model: ClockModel, depth: int = 0) -> Share:
+        """Prove the formula on a share, or split it; now and then a run that violates it is looked for."""
         found = Share(model)
         self.leaves += 1
-        if self.leaves == 1 and self.first_runs:
+        if depth == 0 and self.first_runs:
             self.run = self._violation(model, Work(AT_FIRST), 1, FEW)
-            if self.run is not None:
-                return found
-        self._prove(found)
+        if self.run is None:
+            self._prove(found)
         if found.proved or self.run is not None:
             return found
-        self.run = self._violation(model, Work(min(FURTHER, self.work.left)))
-        cut = _widest(model, self.roots) if self.run is None and self.leaves < LEAVES and self.work.left > 0 else None
-        if cut is not None:
+        cut = _widest(model, self.roots) if self.leaves < LEAVES and self.work.left > 0 else None
+        if cut is None or depth % 3 == (0 if self.first_runs else 2):
+            self.run = self._violation(model, Work(max(SLOW, min(FURTHER, self.work.left))))
+        if cut is not None and self.run is None:
             found.cut = cut
-            lower = self.share(_half(model, cut, lower=True))
-            upper = [self.share(_half(model, cut, lower=False))] if lower.proved or lower.halves else []
+            lower = self.share(_half(model, cut, lower=True), depth + 1)
+            upper = [self.share(_half(model, cut, lower=False), depth + 1)] if lower.proved else []
             found.halves = (lower, *upper)
             found.proved = len(found.halves) == 2 and all(h.proved for h in found.halves)
         return found
 
     def _prove(self, found: Share) -> None:
         root = found.model is self.context.model
-        until = self.stl.horizon() * Q(17, 16) or Q(1)
+        until = self.stl.horizon * Q(17, 16) or Q(1)
         cells = self.context.cells(until) if root else explore(found.model, until)
         if cells.trouble is not None:
             self.trouble = cells.trouble
@@ -127,15 +128,21 @@ class Search:
         else:
             self.trouble = ("budget", _told(cells, [v.cell for v in bad.visits], bad.lost))
 
-    def margin(self, run: Followed, found: Share) -> Margin | None:
-        """The robustness on a run; where the formula is proved, with a bound for all runs."""
+    def examples(self) -> Iterator[Followed]:
+        """One run for each of a few choices of params."""
+        model = self.context.model
+        for params in islice(choices(model, {}, on_params(self.setting)), SOME):
+            yield from islice(runs(Motion(model, params), self.stl.horizon, Work(AT_FIRST)), 1)
+
+    def margin(self, some: Iterable[Followed], found: Share) -> Margin | None:
+        """The robustness on some runs; where the formula is proved, with a bound for all runs."""
         if self.setting.goal.kind != "stl":
             return None
 
         def everywhere(atoms: Pairs) -> bool:
             return all(_kept(leaf, atoms) for leaf in leaves(found))
 
-        return robustness(self.stl, run, everywhere if found.proved else None, self.setting.ranges)
+        return robustness(self.stl, some, everywhere if found.proved else None, self.setting.ranges)
 
     def _met(self, reading: Reading) -> Iterator[Way]:
         """All ways, paid for."""
@@ -150,7 +157,7 @@ class Search:
         self.work.spend(jumps.left // 4)
         setting = replace(self.setting, model=model)
         for params in islice(choices(model, {}, on_params(setting)), most):
-            for run in islice(runs(Motion(model, params), self.stl.horizon(), jumps), each):
+            for run in islice(runs(Motion(model, params), self.stl.horizon, jumps), each):
                 if run.holds(self.stl, self.plain) is False and assumed(setting, run):
                     return run
         return None
@@ -195,16 +202,15 @@ def decide_signals(context: Context, setting: Setting, number_: int, work: Work)
         run = as_run(search.run)
         answer.entry = {"kind": "signals", "hash": digest, "run": run_json(run), "atoms": _walked(search.run, stl)}
         answer.verdict, answer.run = "refuted", run
-        answer.margin = search.margin(search.run, found)
+        answer.margin = search.margin([search.run], found)
     elif found.proved:
-        name = cells_name(context.automaton.name, *(stl.horizon() * Q(17, 16) or Q(1), None))
+        name = cells_name(context.automaton.name, *(stl.horizon * Q(17, 16) or Q(1), None))
         start_value = state_json(context.model, *start)
         answer.entry = {"kind": "signals", "hash": digest, "start": start_value, "tree": tree_json(found, name)}
         answer.verdict = "proved"
-        example = next(runs(Motion(context.model, start[1]), stl.horizon(), Work(AT_FIRST)), None)
-        answer.margin = None if example is None else search.margin(example, found)
+        answer.margin = search.margin(search.examples(), found)
         if not found.halves:
-            answer.cells[name] = context.cells_value(context.cells(stl.horizon() * Q(17, 16) or Q(1)))
+            answer.cells[name] = context.cells_value(context.cells(stl.horizon * Q(17, 16) or Q(1)))
     else:
         kind, reason = search.trouble
         answer.unknown = Unknown(kind, f"{reason}, and no run that violates it was found")

@@ -100,7 +100,7 @@ class Reading:
     @property
     def reach(self) -> Q:
         """The scaled horizon."""
-        return self.stl.horizon() * self.rate[1]
+        return self.stl.horizon * self.rate[1]
 
     def _items(self, cell: Cell, last: Q, atom: Expr) -> list[Item]:
         model = self.setting.model
@@ -232,7 +232,7 @@ def _ends(reading: Reading, i: int, entered: tuple[int, int] | None, before: tup
     """The ways that end in a cell: where the horizon passes, or where a run may have no way on."""
     cells, cell, length = reading.cells, reading.cells.cells[i], reading.length(i)
     assert cell.sigma is not None and cell.sigma.high is not None, "time is followed"
-    horizon = reading.stl.horizon()
+    horizon = reading.stl.horizon
     if cell.dwell is None or cell.sigma.high + cell.dwell > horizon * reading.rate[0]:
         yield Way((*before, Visit(i, entered, length, length)), False)
     if _may_end(reading, cell) or not never_stuck(cells, i, cells.time):

@@ -7,7 +7,7 @@ their extremes are tried first: most often one of them is the robustness itself,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
 from haverify.analyses.clock_model import CLOCK
@@ -97,23 +97,28 @@ def pairs(stl: Formula, r: Q, closed: bool) -> Pairs:
 
 
 def robustness(
-    stl: Formula, run: Followed, everywhere: Callable[[Pairs], bool] | None, ranges: Ranges
+    stl: Formula, examples: Iterable[Followed], everywhere: Callable[[Pairs], bool] | None, ranges: Ranges
 ) -> Margin | None:
-    """The robustness on a run, and a bound for all runs where `everywhere` can tell; None where there is none."""
+    """The least robustness of some runs, and a bound for all where `everywhere` can tell; None where there is none.
+
+    The first run counts; others where theirs is less.
+    """
     unit = unit_of(stl)
     if unit is None:
         return None
+    best: tuple[Q, Q, str] | None = None
     try:
-        listed = criticals(stl, run, ranges)
-        low, high, at = _of_run(stl, run, listed)
-        if low is None or high is None:
+        for run in examples:
+            if best is None or run.holds(stl, pairs(stl, best[0], True)) is not True:
+                low, high, at = _of_run(stl, run, criticals(stl, run, ranges))
+                if low is not None and high is not None and (best is None or low < best[0]):
+                    best = low, high, "" if at is None else _place(run, at)
+        if best is None:
             return None
-        if everywhere is not None:
-            low = _of_all(stl, low, everywhere)
+        low = best[0] if everywhere is None else _of_all(stl, best[0], everywhere)
     except OutsideFragmentError:
         return None
-    name = "" if str(unit) == "1" else str(unit)
-    return Margin(rounded_down(low), -rounded_down(-high), name or str(unit), "" if at is None else _place(run, at))
+    return Margin(rounded_down(low), -rounded_down(-best[1]), str(unit), best[2])
 
 
 def _of_run(stl: Formula, run: Followed, listed: Sequence[Critical]) -> tuple[Q | None, Q | None, Critical | None]:

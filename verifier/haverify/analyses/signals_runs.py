@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from haverify.analyses.clock_model import PI
+from haverify.analyses.clock_model import PI, reads_time
 from haverify.analyses.counterexample import Explorer, Node
 from haverify.analyses.motion import NOW, Motion, State
 from haverify.analyses.poly_range import Ranges, Work
@@ -68,7 +68,15 @@ class Followed:
     def items(self, atom: Expr) -> list[list[Item]]:
         """The truth of an atom along each dwell, no jump being just made."""
         if atom not in self.known:
-            self.known[atom] = [self._along(n.state, d, atom) for n, d in zip(self.nodes, self.dwells(), strict=True)]
+            timed = reads_time(atom, self.motion.model.timed_lets)
+            alike: dict[object, list[Item]] = {}
+            listed = []
+            for n, last in zip(self.nodes, self.dwells(), strict=True):
+                key = (n.state.mode, tuple(n.state.values.values()), last, n.state.time if timed else None)
+                if key not in alike:
+                    alike[key] = self._along(n.state, last, atom)
+                listed.append(alike[key])
+            self.known[atom] = listed
         return self.known[atom]
 
     def _along(self, state: State, last: Q, atom: Expr) -> list[Item]:
