@@ -68,8 +68,8 @@ def _unwrapped(world: World, e: Json, values: Json) -> tuple[str, Json, Env]:
 
 def _on_boxes(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """A tree shows the goal, or that an assumption fails, for all params; or the denied goal for those given."""
-    scope = Scope(core, {"constants": [], "params": []}, False)
-    scope = Scope(core, core.automata[claim["on"]], False, scope) if claim["on"] in core.automata else scope
+    empty: Json = {"constants": [], "params": [], "modes": [], "vars": []}
+    scope = Scope(core, core.automata.get(claim["on"], empty), False)
     if scope.params and not entry["params"]:
         raise Refused("no admissible values of the params are given")
     given = {p: const(number(q)) for p, q in entry["params"].items()}

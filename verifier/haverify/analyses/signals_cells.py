@@ -12,7 +12,7 @@ from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import reads_time
 from haverify.analyses.clocked import Cells, start_box
 from haverify.analyses.opening import certainly
-from haverify.analyses.placement import Placement, Tree, place
+from haverify.analyses.placement import Placement, Tree, place, written
 from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Question, Setting, narrowed
 from haverify.analyses.signals_formula import Formula as Stl
@@ -123,7 +123,7 @@ class Reading:
         for body, value in ((yes, True), (no, False)):
             tree = tree_for(Question(body, premise, True, p), self.setting.ranges, self.work)
             if tree is not None:
-                return value, p.tree(tree)
+                return value, written(tree)
         return None
 
     def landing(self, i: int, k: int, atom: Expr) -> tuple[bool, Tree] | None:
