@@ -289,3 +289,41 @@ def some_priorities(draw, net, closed):
     pairs = [(a, b) for i, a in enumerate(order) for b in order[i + 1 :]]
     chosen = draw(st.lists(st.sampled_from(pairs), max_size=3, unique=True)) if pairs else []
     return [(a, b, draw(st.one_of(st.none(), st.integers(0, 2)))) for a, b in chosen]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Three interchangeable parts p[1] .. p[3] and a register v in 0..3; `syncs`: (name, edge, v needed, v written).
+
+    The values needed and written are None, 0 or "i", the part's own number.
+    """
+
+    part: Part
+    syncs: tuple
+
+    def net(self):
+        parts = tuple(Part(f"p[{i}]", self.part.domains, self.part.edges) for i in (1, 2, 3))
+        own = [
+            Sync(f"{n}[{i}]", ((f"p[{i}]", e),), (), i if v == "i" else v, i if w == "i" else w)
+            for n, e, v, w in self.syncs
+            for i in (1, 2, 3)
+        ]
+        return Net(parts, tuple(own), ())
+
+    def text(self):
+        lines = Net((self.part,), (), ()).text().split("system S")[0].splitlines()
+        lines += ["enum I = 1..3", "enum Owner = 0..3", "system S {", "  var v: Owner", "  init with v := 0"]
+        lines.append(f"  part p for i in I = {self.part.name.upper()}")
+        for n, e, v, w in self.syncs:
+            guard = "" if v is None else f" when v == {v}"
+            lines.append(f"  sync {n} for i in I: p[i].{e}{guard}" + ("" if w is None else f" do v := {w}"))
+        return "\n".join([*lines, "}"])
+
+
+@st.composite
+def families(draw):
+    part = draw(networks(closed=True)).parts[0]
+    edges = sorted({e.name for e in part.edges})
+    some = st.sampled_from([None, 0, "i"])
+    syncs = draw(st.lists(st.tuples(st.sampled_from(edges), some, some), min_size=1, max_size=3, unique=True))
+    return Family(part, tuple((f"s{k}", *s) for k, s in enumerate(syncs)))

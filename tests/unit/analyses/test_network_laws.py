@@ -7,7 +7,7 @@ from math import lcm
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.unit.analyses.random_networks import Interpreter, networks
+from tests.unit.analyses.random_networks import Interpreter, families, networks
 from tests.unit.elaborate.texts import read
 
 from hacheck.core import Core
@@ -134,3 +134,32 @@ def test_what_is_proved_no_sampled_run_contradicts(net, bad):
     for s in reached:
         assert not (is_bad(s) and words["p"] == "Proved")
         assert not (words["q"] == "Proved" and machine.is_stuck(s))
+
+
+@given(families(), st.integers(0, 2), st.integers(0, 2), st.integers(0, 3))
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_exchanges_of_parts_change_no_verdict(family, m0, m1, v):
+    net = family.net()
+    reached = Interpreter(net, Q(1)).explore(4000)
+    if reached is None:
+        return
+    m0, m1 = (m % len(family.part.domains) for m in (m0, m1))
+    pairs = [(i, j) for i in range(3) for j in range(3) if i != j]
+    claims = {
+        "two": (
+            f"exists i in I: exists j in I: i != j and at(p[i].M{m0}) and at(p[j].M{m1}) and v == i",
+            lambda s: any(s[0][i] == m0 and s[0][j] == m1 and s[2] == i + 1 for i, j in pairs),
+        ),
+        "one": (f"at(p[1].M{m0}) and v == {v}", lambda s: s[0][0] == m0 and s[2] == v),
+        "all": (f"forall i in I: at(p[i].M{m1}) and p[i].n == 1", lambda s: set(s[0]) == {m1} and set(s[1]) == {1}),
+    }
+    text = "\n".join([family.text(), *(f"property {n} on S {{ never {c} }}" for n, (c, _) in claims.items())])
+    out = decided(text)
+    for n, (_, is_bad) in claims.items():
+        jumps = min((j for s, j in reached.items() if is_bad(s)), default=None)
+        assert type(out[n].verdict).__name__ == ("Proved" if jumps is None else "Refuted"), n
+        if jumps is not None:
+            assert len(out[n].trace.moments) - 1 == jumps
+            assert is_bad(replayed(net, out[n].trace))
+        elif n != "one":
+            assert "up to exchanges of p[1], p[2], p[3]" in out[n].notes[0]
