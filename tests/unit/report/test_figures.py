@@ -90,6 +90,16 @@ def test_derivatives_and_differences_are_drawn() -> None:
     assert up[0][1] - up[-1][1] > 50
 
 
+def test_claims_over_time_show_the_levels_they_compare_with() -> None:
+    inner = ["eventually", "0", "1", ["<=", Y, "1/2"]]
+    stl = {"kind": "stl", "condition": ["globally", "0", "2", ["implies", ["jump", "again"], inner]]}
+    claims = [{"name": "low", "on": "A", "kind": "property", "goals": [stl]}]
+    figure = drawn(core(True, claims=claims), claim(verdict="refuted"))
+    assert len(polylines(figure, "bound")) == 2
+    assert not polylines(figure, "curve bad")
+    assert figure.caption == "what the values are compared with dashed"
+
+
 def test_jumps_are_marked_where_they_are_claimed_about() -> None:
     jump = ["<=", ["abs", ["-", Y, ["pre", Y]]], "1/2"]
     p = part("refuted", mode="Up -> Down", kind="jump", margin=margin("-0.5", at="Up -> Down, x = 1 s"))
