@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 from haverify.diagnostics.diagnostic import Edit
+from haverify.evidence.verdict import Refuted
 from haverify.repair.bound_repairs import bound_repairs
 from haverify.repair.choice import Hopeless
 from haverify.repair.effect import Effect, effect
@@ -36,7 +37,9 @@ def repair(
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
     state = (trials.after([p.change for p in proposals]) if proposals else None) or before
     search = TextSearch(trials, has_time=has_time)
-    proposals += search.search([k for k in asked.findings(state) if k in before.findings], asked.claims(state))
+    proposals += search.search(
+        [k for k in asked.findings(state) if k in before.findings], _unblamed(state, asked.claims(state), hopeless)
+    )
     state, together, kept = _together(trials, proposals)
     remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
     edits = _edits(kept)
@@ -73,9 +76,26 @@ class _Asked:
             if not any(t.limit is not None and t.limit.is_firm and t.limit.claim in broken for t in h.troubles):
                 continue
             lines = ", ".join(f"{path}:{row}" for path, row in h.lines)
-            yield f"{lines}: no single change of a cell makes the row fit"
+            speaking = {t.limit.claim if t.limit else "" for t in h.troubles}
+            doubt = f"; or {speaking.pop()}, which alone speaks against it, is wrong" if len(speaking) == 1 else ""
+            yield f"{lines}: no single change of a cell makes the row fit{doubt}"
         yield from (f"finding {k}" for k in self.findings(subject))
         yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in broken)
+
+
+def _unblamed(subject: Subject, claims: Iterable[str], hopeless: Iterable[Hopeless]) -> list[str]:
+    """The claims that rows are not to blame for: rows beyond repair against which more than one claim speaks."""
+    rows: set[tuple[str, str]] = set()
+    for h in hopeless:
+        if len({t.limit.claim if t.limit else "" for t in h.troubles}) > 1:
+            rows |= {(mode, output) for t in h.troubles for _, mode, output in t.keys}
+    return [n for n in claims if not _all_in(subject, n, rows)]
+
+
+def _all_in(subject: Subject, name: str, rows: set[tuple[str, str]]) -> bool:
+    """Whether all violated parts of a claim are about these rows, in a mode or at an edge."""
+    parts = [p for p in subject.evidence[name].parts if isinstance(p.verdict, Refuted)]
+    return bool(parts) and all(any((m, p.output) in rows for m in p.where.split(" -> ")) for p in parts)
 
 
 def _edits(proposals: Iterable[Proposal]) -> tuple[Edit, ...]:

@@ -39,6 +39,7 @@ _GENTLE = (
 _FAR = 4  # so many times as far from what is written, a number is less likely
 
 _NUMERAL = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_UNIT = re.compile(r"[ \t]*([A-Za-z%][\w/^*%]*)", re.ASCII)
 _IN_CLAIM, _IN_MODEL = Fraction(1, 4), Fraction(1)
 """Which share of the old violation the new margin may have, where a claim is changed and where the model is."""
 
@@ -97,7 +98,7 @@ class TextSearch:
         for wanted in (Severity.ERROR, Severity.WARNING):
             yield (_Candidate(c) for d in found if severity(d) is wanted for c in self._of_finding(d))
         yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_spans(self._goals(n)))
-        yield (_Candidate(c, n) for n in claims for c in self._of_cells(n))
+        yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_cells(n))
         before = self.trials.before
         about = {n: model_spans(before.text, before.claims[n]) for n in claims}
         yield (_Candidate(c, n) for n, spans in about.items() for c in self._of_spans(spans))
@@ -171,14 +172,30 @@ class TextSearch:
         after.decide([c.claim])
         if not after.is_expected(c.claim):
             return False
-        return c.change.kind in _CLASS or self._is_tight(after, c.claim, c.share)
+        return c.change.kind in _CLASS or self._is_tight(after, c, c.claim)
 
-    def _is_tight(self, after: Subject, name: str, share: Fraction) -> bool:
-        """Whether a claim says about what is then the case: far off the mark, a number makes it true by accident."""
+    def _is_tight(self, after: Subject, c: _Candidate, name: str) -> bool:
+        """Whether a claim says about what is then the case: far off the mark, a number makes it true by accident.
+
+        A bound of the claim itself moves by the violation and a share of it at most.
+        """
         now, then = (s.evidence[name].verdict for s in (self.trials.before, after))
         if isinstance(now, Unknown) or isinstance(then, Unknown):
             return False
-        return now.margin is None or then.margin is None or then.margin.low <= -now.margin.low * share
+        if now.margin is None or then.margin is None:
+            return True
+        if c.share == _IN_CLAIM and self._unit(c.change) == now.margin.unit:
+            return self._distance(c.change) <= -now.margin.low * (1 + c.share)
+        return then.margin.low <= -now.margin.low * c.share
+
+    def _unit(self, change: Change) -> str:
+        """The unit of a changed number: what stands behind it, in a table that of its column."""
+        first = change.edits[0].span
+        if change.numbers and self.trials.before.spec is not None:
+            units = {k.name: k.unit for k in self.trials.before.spec.constants}
+            return str(units.get(change.numbers[0][0]) or "")
+        found = _UNIT.match(self.trials.before.text.sources[first.path].text, first.end)
+        return found[1] if found else ""
 
     def _is_known(self, change: Change) -> bool:
         """Whether the new number stands elsewhere in the file, and is one that does not stand everywhere."""
