@@ -137,7 +137,10 @@ def test_what_is_undefined() -> None:
 
 def test_a_premise_that_is_never_true() -> None:
     e = decided("forall c in Cell: c.leg is Left and c.leg is Right implies next(c) == c")
-    assert reason(e) == "vacuous: the premise is true for no cell"
+    assert reason(e) == "vacuous: the premise is never true"
+    e = decided("forall s in Sub: Text(s) is IC implies related(Text, s)")
+    assert reason(e) == "vacuous: the premise is never true"
+    assert isinstance(decided("Text(IC) is LR implies Text(IC) is MS").verdict, Proved)
 
 
 def test_codes_that_clash() -> None:

@@ -73,7 +73,7 @@ def _enumerated(spec: Spec, claim: Claim, e: Expr, point: Point, units: int) -> 
     if truth is None:
         return Held(telling.undefined(e), text=telling.text(e))
     if truth and telling.is_vacuous(e):
-        return Held(Unknown("vacuous", "the premise is true for no cell", next_step="correct the premise"))
+        return Held(Unknown("vacuous", "the premise is never true", next_step="correct the premise"))
     path = _path(finite, e, truth)
     witness = tuple((name, finite.world.label(cell)) for name, cell in path)
     facts = () if truth else telling.facts(e)
