@@ -23,7 +23,7 @@ def told(meaning: Meaning, point: Mapping[str, Fraction]) -> tuple[tuple[tuple[s
     """Names with values; which rules fire, strongest first, in the claim's own system and in each that it applies."""
     values = tuple((v, quantity(q, meaning.units[v])) for v, q in sorted(point.items()))
     facts = []
-    if meaning.on is not None and meaning.on in meaning.systems.by_name:
+    if meaning.on in meaning.systems.by_name and meaning.on and set(meaning.systems.roots(meaning.on)) <= set(point):
         facts.append(firing(meaning, meaning.on, meaning.at(meaning.on), point))
     facts += [_chosen(meaning, name, output, at, point) for name, output, at in meaning.applied]
     return values, tuple(dict.fromkeys(facts))
