@@ -1,6 +1,7 @@
 """Figures: drawn from the core alone, right where it matters, absent where nothing can be drawn."""
 
 import json
+import pathlib
 import re
 from typing import Any
 from xml.etree import ElementTree
@@ -8,12 +9,16 @@ from xml.etree import ElementTree
 import pytest
 from tests.unit.report.facts import claim, margin, part, whole
 
+from haverify.model.core import canonical, to_core
 from haverify.report import report
 from haverify.report.figures import fuzzy, graphs, lanes, of_claims, orbits, plots, svg
 from haverify.report.figures.bands import bands
 from haverify.report.figures.evaluate import reads, scope
 from haverify.report.figures.material import Figure, Material, Undrawable
 from haverify.report.html.style import standalone
+from haverify.run.examine import read
+
+SAMPLE = pathlib.Path(__file__).parents[2] / "samples"
 
 X, Y = ["var", "x"], ["let", "y"]
 
@@ -321,6 +326,24 @@ def test_ticks_of_any_range_are_few() -> None:
 def test_a_rule_by_formula_has_no_orbits() -> None:
     with pytest.raises(Undrawable):
         orbits.of_rule(Material(), {**RULE, "rules": []})
+
+
+SAMPLES = {
+    "leg_ca": ["orbits_Partner"],
+    "push_recovery": ["modes_Push", "terms_FIS1", "map_FIS1_action", "map_FIS2_strategy", "map_Printed_verdict"],
+    "fischer": ["modes_Process"],
+    "gait": ["modes_Gait", "outputs_Gait"],
+}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_models_of_each_kind_have_their_figures(name: str) -> None:
+    spec, _, _ = read(str(SAMPLE / f"{name}.ha"))
+    assert spec is not None
+    figures = plots.of_model(Material(json.loads(canonical(to_core(spec)))))
+    assert [f.name for f in figures] == SAMPLES[name]
+    for f in figures:
+        ElementTree.fromstring(standalone(f.svg))
 
 
 JUNK = [None, True, [], {}, "", "x", "1/0", "1e999999", 5, [[]], ["let", "y"], ["^", ["var", "x"], "99"]]
