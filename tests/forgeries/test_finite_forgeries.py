@@ -423,6 +423,8 @@ FORGED = {
         "proved",
         entry("boxes", POINT, verdict="proved", proof="b"),
     ),
+    "a window": (changed(core(TOTAL), "claims", 0, "goals", 0, "window", to=["0", "1"]), "proved", TRIED),
+    "a time": (changed(core(TOTAL), "claims", 0, "goals", 0, "within", to="1"), "proved", TRIED),
     "for which": (
         changed(core(TOTAL), "claims", 0, "which", to=[{"name": "m", "low": "0", "high": "1"}]),
         "proved",

@@ -18,7 +18,9 @@ import pytest
 from haverify.cli import main
 from haverify.diagnostics.diagnostic import Edit
 from haverify.diagnostics.edits import edited
+from haverify.elaborate.elaborate import elaborate
 from haverify.lint._facts import Facts
+from haverify.repair.backwards import backwards
 from haverify.repair.choice import Chooser
 from haverify.repair.curves import Curves
 from haverify.repair.fit import Fit
@@ -216,3 +218,21 @@ def test_the_four_lost_signs_and_nothing_else(
         "-PS,8138,2.899e+04,-3.678e+04,1.938e+04,-3508,-1",
     ]
     assert len([line for line in changed if "sha256" in line]) == 4
+
+
+def test_half_of_the_printed_ranges_are_backwards(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 32 ranges of angles 16; each is first offered to be exchanged."""
+    monkeypatch.chdir(ROOT)
+    loaded, _ = load("spec/ranges_printed.ha")
+    assert loaded is not None
+    spec, _ = elaborate(loaded.tree, loaded.files)
+    assert spec is not None
+    data = {s.path: s for s in loaded.files.data.values()}
+    pairs = backwards(Facts(spec, {**data, **loaded.sources}))
+    found = Counter(p.low.column for p in pairs)
+    assert found == {"lh_lower": 3, "rh_lower": 6, "lk_lower": 3, "rk_lower": 4}
+    for p in pairs:
+        assert p.high.column == p.low.column.replace("lower", "upper")
+        first = next(p.changes(data))
+        assert first.kind == "bounds"
+        assert dict(first.numbers) == {p.low.constant: p.high.number, p.high.constant: p.low.number}

@@ -30,11 +30,11 @@ def value(p, point):
 @given(st.lists(st.tuples(comparisons, coefficients), min_size=1, max_size=3), st.booleans())
 def test_sturm_agrees_with_dense_sampling(parts, both):
     f = (conj if both else disj)(literal(op, poly(cs)) for op, cs in parts)
-    decided = sturm.always(f, "s", Fraction(-2), Fraction(2))
+    decided = sturm.always(f, Fraction(-2), Fraction(2))
     samples = [Fraction(k, 60) for k in range(-120, 121)]
     seen = all(true(f, lambda op, p, x=x: sign_fits(op, value(p, {"s": x}))) for x in samples)
     assert not decided or seen
-    halves = sturm.always(f, "s", Fraction(-2), Fraction(0)) and sturm.always(f, "s", Fraction(0), Fraction(2))
+    halves = sturm.always(f, Fraction(-2), Fraction(0)) and sturm.always(f, Fraction(0), Fraction(2))
     assert halves == decided
 
 
@@ -51,10 +51,10 @@ def test_roots_are_those_of_flint(cs):
 @given(numbers, numbers, st.integers(1, 3))
 def test_touching_is_not_crossing(a, b, k):
     square = power(add(var("s"), const(a), -1), 2 * k)
-    assert sturm.always(literal(">=", square), "s", None, None)
+    assert sturm.always(literal(">=", square), None, None)
     inside = abs(b) <= 2 and a == b
-    assert sturm.always(literal(">", square), "s", b, b) is (a != b)
-    assert not inside or not sturm.always(literal("!=", square), "s", Fraction(-2), Fraction(2))
+    assert sturm.always(literal(">", square), b, b) is (a != b)
+    assert not inside or not sturm.always(literal("!=", square), Fraction(-2), Fraction(2))
 
 
 @law

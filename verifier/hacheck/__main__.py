@@ -11,7 +11,6 @@ from typing import Any
 from hacheck.core import NAME, Core, by_name, check_cells, check_inputs, check_shape, read_json
 from hacheck.obligations import Setting, established
 from hacheck.rational import MAX_BITS, Beyond, Refused, Unreadable
-from hacheck.systems import SystemCheck
 
 Json = Any
 SIGNS = {"and": " and ", "or": " or ", "implies": " implies ", "+": " + ", "-": " - ", "*": "*", "/": "/", "^": "^"}
@@ -62,7 +61,7 @@ class Check:
             raise Unreadable("the certificates are elsewhere")
         self.present = {p.stem for p in certificates.glob("*.json")} if certificates.is_dir() else set()
         self._settings: dict[tuple[int, bool], Setting] = {}
-        self._systems: dict[str, SystemCheck] = {}
+        self._systems: dict[str, Any] = {}
 
     def setting(self, automaton: Json, rounding: bool) -> Setting:
         """What the claims on an automaton share."""
@@ -71,8 +70,10 @@ class Check:
             self._settings[key] = Setting(self.core, automaton, rounding, self.load_cells)
         return self._settings[key]
 
-    def system(self, system: Json) -> SystemCheck:
+    def system(self, system: Json) -> Any:
         """What the claims on a system share."""
+        from hacheck.systems import SystemCheck
+
         if system["name"] not in self._systems:
             self._systems[system["name"]] = SystemCheck(self.core, system, self.load_cells)
         return self._systems[system["name"]]

@@ -14,17 +14,18 @@ from hacheck.formula import CLOSED, NEGATED, Formula, conj, disj, literal
 from hacheck.polynomial import (
     ONE,
     ZERO,
-    Images,
+    Env,
     Poly,
     add,
-    along,
     const,
     constant,
+    derivative,
     mul,
     names,
     power,
     scale,
-    substitute,
+    substitute,  # fmt: skip
+    total,
     var,
 )
 from hacheck.rational import PI, Beyond, Interval, Refused, number, spend
@@ -67,77 +68,65 @@ def well_formed(value: Json, events: bool) -> None:
 
 
 class Scope:
-    """The constants, params and lets that an automaton sees; with `rounding`, constants vary within `half`."""
+    """The names that an automaton sees, its own before those of the top level; `rounding` lets constants vary."""
 
-    def __init__(self, core: Core, automaton: Json, rounding: bool, outer: Scope | None = None) -> None:
-        self.core, self.automaton, self.rounding, self.outer = core, automaton, rounding, outer
-        self.rho: Poly | None = None  # the rate all modes share, if they share one
-        self.constants = {c["name"]: c for c in automaton["constants"]} if outer else core.constants
-        self.box: bernstein.Box = outer.box if outer else {"pi": PI}
-        self._values: dict[str, list[Case]] = {}
-        self._lets: dict[str, dict[str, Json]] = {}
-        self._rates: dict[str, dict[str, Poly]] = {}
-        self._base, self._identities = Instant(self, None, {}), dict[str, Instant]()
-        self.modes = {m["name"]: m for m in automaton["modes"]} if outer else {}
-        self.types: dict[str, str] = {v["name"]: v["type"] for v in automaton["vars"]} if outer else {}
-        self.params: dict[str, Poly] = dict(outer.params) if outer else {}
-        for p in automaton["params"] if outer else core.data["params"]:
-            low, high = self.range(p["low"])[0], self.range(p["high"])[1]
-            if low is None or high is None or low > high or p["name"] in self.params:
-                raise Refused(f"the range of param {p['name']} is empty, unbounded or given twice")
-            self.params[p["name"]] = const(low) if low == high else var(p["name"])
-            self.box[p["name"]] = (low, high)
-        if outer:
-            self._check_names(core.data["constants"] + automaton["constants"])
-
-    def _check_names(self, constants: list[Json]) -> None:
-        """A name means one thing in a box."""
-        rounded = {c["name"] for c in constants if self.rounding and c["half"] is not None}
-        known = [*self.types, *self.params, *rounded, "s", "sigma", "pi"]
-        if len(set(known)) < len(known) or any("'" in n for n in known):
+    def __init__(self, core: Core, automaton: Json, rounding: bool) -> None:
+        self.core, self.automaton, self.rounding = core, automaton, rounding
+        self.modes = {m["name"]: m for m in automaton["modes"]}
+        self.types: dict[str, str] = {v["name"]: v["type"] for v in automaton["vars"]}
+        self.whole = frozenset(w for v, t in self.types.items() if t != "real" for w in (v, v + "'"))
+        self.own = {c["name"]: c for c in automaton["constants"]}
+        self.constants, self.hidden = {**core.constants, **self.own}, self.own.keys() & core.constants.keys()
+        self._unhidden([core.data["params"], core.data["assumptions"]])
+        self.ranges = {p["name"]: p for p in [*core.data["params"], *automaton["params"]]}
+        rounded = [n for n, c in self.constants.items() if rounding and c["half"] is not None]
+        known = [*self.types, *(p["name"] for p in core.data["params"] + automaton["params"]), *rounded]
+        if len({*known, "s", "sigma", "pi", "time"}) < len(known) + 4 or any("'" in n for n in known):
             raise Beyond("a name has another meaning in certificates")
+        self.box: bernstein.Box = {"pi": PI}
+        self.base = Instant(self, None, {})
+        self._values: dict[str, list[Case]] = {}
+        self._rates: dict[str, dict[str, Poly]] = {}
+        self._flows: dict[str, tuple[Poly, dict[str, Fraction]]] = {}
+        self._identities: dict[str, Instant] = {}
+        self.params: dict[str, Poly] = {}
+        for name, p in self.ranges.items():
+            low, high = self.range(p["low"])[0], self.range(p["high"])[1]
+            if low is None or high is None or low > high:
+                raise Refused(f"the range of param {name} is empty or unbounded")
+            self.params[name] = const(low) if low == high else var(name)
+            self.box[name] = (low, high)
+
+    def _unhidden(self, value: Json) -> None:
+        """What is written at the top level does not mean a constant that the automaton hides."""
+        if any(n[0] == "const" and n[1:] and n[1] in self.hidden for n in nodes(value)):
+            raise Beyond("a constant of the top level that the automaton has too")
 
     def constant(self, name: str) -> list[Case]:
         """The value of a constant, a box variable where it stands for a rounding box."""
-        if name not in self.constants:
-            if self.outer is None:
-                raise Refused(f"there is no constant {name}")
-            return self.outer.constant(name)
         if name not in self._values:
-            self._values[name] = self._define(self.constants[name])
+            c = self.constants.get(name)
+            if c is None or isinstance(c["value"], dict):
+                raise Refused(f"there is no constant {name}, or it is a set")
+            if name not in self.own:
+                self._unhidden(c["value"])
+            value = self.base.value(c["value"])
+            if self.rounding and c["half"] is not None:
+                middle, half = constant(value[0][1]), number(c["half"])
+                if middle is None or half < 0 or len(value) > 1 or value[0][2] != ONE:
+                    raise Beyond(f"the rounding box of {name} is no interval")
+                self.box[name] = (middle - half, middle + half)
+                value = [(False, var(name), ONE)]
+            self._values[name] = value
         return self._values[name]
 
-    def _define(self, c: Json) -> list[Case]:
-        if isinstance(c["value"], dict):
-            raise Refused(f"the constant {c['name']} is a set")
-        value = self._base.value(c["value"])
-        if not self.rounding or c["half"] is None:
-            return value
-        middle, half, name = constant(value[0][1]), number(c["half"]), c["name"]
-        if middle is None or half < 0 or len(value) > 1 or value[0][2] != ONE:
-            raise Beyond(f"the rounding box of {name} is no interval")
-        if name in self.box:
-            raise Beyond(f"the name {name} has another meaning in certificates")
-        self.box[name] = (middle - half, middle + half)
-        return [(False, var(name), ONE)]
-
-    def type_of(self, kind: str, name: str) -> str | None:
-        """The type of a variable or constant."""
-        if kind == "var":
-            return self.types.get(name)
-        found = self.constants.get(name)
-        return found.get("type") if found else self.outer.type_of(kind, name) if self.outer else None
-
-    def range(self, e: Json, fixed: bool = False) -> Interval:
-        """An enclosure of an expression of constants and params, or of constants alone."""
-        p = self._base.poly(e) if e is not None else None
-        if p is not None and fixed and names(p) & set(self.params):
-            raise Beyond("a declared range that depends on params")
-        return (None, None) if p is None else bernstein.bounds(p, self.box)
+    def range(self, e: Json) -> Interval:
+        """An enclosure of an expression of constants and params."""
+        return bernstein.FREE if e is None else bernstein.bounds(self.base.poly(e), self.box)
 
     def integral(self, p: Poly) -> bool:
         """Is it an integer wherever discrete variables are?"""
-        return p.unit == 1 and all(self.types.get(v, "real") != "real" for v in names(p))
+        return p.unit == 1 and names(p) <= self.whole
 
     def ordinal(self, enum: str, value: str) -> Fraction:
         """The number an enumeration value counts as."""
@@ -146,14 +135,13 @@ class Scope:
             raise Refused(f"there is no value {value} of {enum}")
         return Fraction(found["values"].index(value)) + (number(found["low"]) if found["low"] is not None else 0)
 
-    def window(self, name: str) -> Interval:
-        """The declared range of a variable, as far out as constants allow; all values of its type."""
-        v = next(v for v in self.automaton["vars"] if v["name"] == name)
+    def window(self, v: Json) -> tuple[Json, Json]:
+        """The declared range of a variable, or the numbers of its type, as expressions."""
         if v["type"] == "real":
-            return self.range(v["low"], fixed=True)[0], self.range(v["high"], fixed=True)[1]
+            return v["low"], v["high"]
         found = self.core.enums.get(v["type"], {"values": "01", "low": None})
         low = number(found["low"]) if found["low"] is not None else Fraction(0)
-        return low, low + len(found["values"]) - 1
+        return str(low), str(low + len(found["values"]) - 1)
 
     def identity(self, mode: str) -> Instant:
         """Dwelling in a mode at the state its variables name."""
@@ -170,36 +158,49 @@ class Scope:
             self._rates[mode] = {**dict.fromkeys(self.types, ZERO), **{f["var"]: at.poly(f["rate"]) for f in flow}}
         return self._rates[mode]
 
+    def flow(self, mode: str) -> tuple[Poly, dict[str, Fraction]]:
+        """`rho` > 0 and the slopes `c` with rate = c * rho."""
+        if mode not in self._flows:
+            rates = self.rates(mode)
+            rho = next((r for r in rates.values() if constant(r) is None), ONE)
+            lead = next(iter(rho.terms))
+            slopes = {v: Fraction(r.terms.get(lead, 0) * rho.unit, rho.terms[lead] * r.unit) for v, r in rates.items()}
+            if any(scale(rho, slopes[v]) != r for v, r in rates.items()):
+                raise Beyond(f"the rates of mode {mode} are no rational multiples of one of them")
+            if not bernstein.certain(">", rho, self.box):
+                raise Refused(f"the rate of mode {mode} is not positive for all params")
+            self._flows[mode] = rho, slopes
+        return self._flows[mode]
+
+    @cached_property
+    def rho(self) -> Poly | None:
+        """The rate that all modes share, if they do; else time is not tracked."""
+        try:
+            found = [self.flow(m)[0] for m in self.modes]
+        except Refused:
+            return None
+        return found[0] if all(r == found[0] for r in found) else None
+
     def let(self, mode: str | None, name: str) -> Json:
         """The definition of a let in a mode."""
-        if mode is None:
-            raise Beyond("a let outside a mode")
-        if mode not in self._lets:
-            self._lets[mode] = {o["name"]: o for o in self.automaton["lets"] + self.modes[mode]["lets"]}
-        if name not in self._lets[mode]:
+        lets = [*(self.modes[mode]["lets"] if mode is not None else ()), *self.automaton["lets"]]
+        found = next((o for o in lets if o["name"] == name), None)
+        if found is None or mode is None:
             raise Refused(f"there is no let {name} in mode {mode}")
-        return self._lets[mode][name]
+        return found
 
 
 class Instant:
-    """A mode, values of its variables as polynomials, and what happened just before."""
+    """A mode, values of its variables as polynomials, and what happened just before.
 
-    def __init__(self, scope: Scope, mode: str | None, env: dict[str, Poly], *, time: Poly | None = None,
-                 edge: str | None = None, before: Instant | None = None) -> None:  # fmt: skip
-        self.scope, self.mode, self.env, self.time, self.edge, self.before = scope, mode, env, time, edge, before
+    A formula is true only where everything in it is defined; where `exact`, so is its negation.
+    """
+
+    def __init__(self, scope: Scope, mode: str | None, env: dict[str, Poly], *, edge: str | None = None,
+                 before: Instant | None = None) -> None:  # fmt: skip
+        self.scope, self.mode, self.env, self.edge, self.before = scope, mode, Env(env), edge, before
         self._lets: dict[tuple[str, bool], list[Case]] = {}
-        self._careful = 0  # > 0 where a division that may be by zero, or a switch, is not understood
-        self._images: Images = {}
-
-    @cached_property
-    def domain(self) -> Formula:
-        """The state is in the mode's domain, read as closed (S6)."""
-        return self.formula(self.scope.modes[str(self.mode)]["domain"], closed=True)
-
-    @cached_property
-    def outside(self) -> Formula:
-        """The state is not in the mode's closed domain."""
-        return self.formula(self.scope.modes[str(self.mode)]["domain"], closed=True, outer=True)
+        self._exact = False
 
     def poly(self, e: Json) -> Poly:
         """The value, where it is one polynomial."""
@@ -213,31 +214,23 @@ class Instant:
         return scale(cases[0][1], 1 / divisor)
 
     def value(self, e: Json) -> list[Case]:
-        """The cases of a number; a truth counts as 0 or 1."""
+        """The cases of a number, which are disjoint; a truth counts as 0 or 1."""
         spend(5)
-        if isinstance(e, str):
-            return [(False, const(number(e)), ONE)]
-        if isinstance(e, bool):
-            return [(False, const(e), ONE)]
+        if isinstance(e, (str, bool)):
+            return [(False, const(number(e) if isinstance(e, str) else e), ONE)]
         op, args = _node(e)
         if op in _LEAVES:
             return self._leaf(op, args)
         if op == "pre":
             return (self.before or self).value(args[0])
-        if self._is_truth(e):
-            return self._truth(e)
-        if op in ("+", "-", "neg", "*", "/", "^", "scale"):
-            return self._arithmetic(op, args)
         if op == "der":
             return [(False, *self._slope(args[0]))]
-        return self._switch(op, args)
-
-    def _truth(self, e: Json) -> list[Case]:
-        bit = self._bit(e)
-        if bit is not None:
-            return [(False, bit, ONE)]
-        no, yes = self._sides(e)
-        return _few([(no, ONE, ONE), (yes, ZERO, ONE)])
+        if self._is_truth(e):
+            bit = self._bit(e)
+            if bit is not None:
+                return [(False, bit, ONE)]
+            return _few([(self.condition(e, True), ONE, ONE), (self.condition(e), ZERO, ONE)])
+        return self._arithmetic(op, args) if op in _ARITHMETIC else self._switch(op, args)
 
     def _bit(self, e: Json) -> Poly | None:
         """A truth made of truth variables, as a polynomial in them; None for others."""
@@ -246,50 +239,46 @@ class Instant:
             return self.poly(e) if isinstance(e, bool) or self._is_truth(e) else None
         if op == "implies":
             op, args = "or", [["not", args[0]], args[1]]
-        bits = [self._bit(a) for a in args] if op in ("not", "and", "or", "if", "==", "!=") else [None]
-        if op in ("if", "==", "!=") and len(bits) > 1:
-            first, *_, last = bits
-            yes, no = (bits[1], last) if op == "if" else (last, None if last is None else add(ONE, last, -1))
-            yes, no = (no, yes) if op == "!=" else (yes, no)
-            return None if first is None or yes is None or no is None else _chosen(first, yes, no)
-        known = [b if op == "and" else add(ONE, b, -1) for b in bits if b is not None]
-        if len(known) < len(bits):
+        found = [self._bit(a) for a in args] if op in ("not", "and", "or", "if", "==", "!=") else []
+        bits = [b for b in found if b is not None]
+        if not bits or len(bits) < len(found):
             return None
+        if op in ("if", "==", "!="):
+            other = bits[2] if op == "if" else add(ONE, bits[1], -1)
+            return _chosen(bits[0], other, bits[1]) if op == "!=" else _chosen(bits[0], bits[1], other)
         out = ONE
-        for b in known:
-            out = mul(out, b)
+        for b in bits:
+            out = mul(out, b if op == "and" else add(ONE, b, -1))
         return add(ONE, out, -1) if op == "or" else out
 
     def _leaf(self, op: str, args: list[Json]) -> list[Case]:
+        scope = self.scope
         if op == "const":
-            return self.scope.constant(args[0])
+            return scope.constant(args[0])
         if op == "let":
-            return self._let(args[0])
-        if op == "time" and self.time is not None:
-            return [(False, self.time, ONE)]
-        if op == "time" and self.mode is not None and self.scope.rho is not None:
-            return [(False, var("sigma"), self.scope.rho)]
-        known = self.env if op == "var" or (args[:1] and args[0] in self.env) else self.scope.params
-        if op in ("var", "param") and args[0] in known:
-            return [(False, known[args[0]], ONE)]
+            key = args[0], self._exact
+            if key not in self._lets:
+                self._lets[key] = self.value(scope.let(self.mode, args[0])["expr"])
+            return self._lets[key]
+        if op == "time" and self.mode is not None:
+            return [(False, var("time"), ONE) if scope.rho is None else (False, var("sigma"), scope.rho)]
         if op in ("pi", "sym"):
-            return [(False, var("pi") if op == "pi" else const(self.scope.ordinal(*args)), ONE)]
-        raise Beyond("the time is not tracked" if op == "time" else f"there is no {op} {args[0]!a} here")
-
-    def _let(self, name: str) -> list[Case]:
-        key = name, self._careful > 0
-        if key not in self._lets:
-            self._lets[key] = self.value(self.scope.let(self.mode, name)["expr"])
-        return self._lets[key]
+            return [(False, var("pi") if op == "pi" else const(scope.ordinal(*args)), ONE)]
+        known = self.env if op == "var" or (op == "param" and args[0] in self.env) else scope.params
+        if op not in ("var", "param") or args[0] not in known:
+            raise Beyond(f"there is no {op} {args!a:.40} here")
+        return [(False, known[args[0]], ONE)]
 
     def _arithmetic(self, op: str, args: list[Json]) -> list[Case]:
-        if op == "neg":
-            return [(no, scale(n, -1), d) for no, n, d in self.value(args[0])]
         if op == "scale":
-            q, k = number(args[0]), args[1]
-            up, down = (power(var("pi"), abs(k)), ONE) if k >= 0 else (ONE, power(var("pi"), abs(k)))
-            return [(no, mul(scale(n, q), up), mul(d, down)) for no, n, d in self.value(args[2])]
+            q, k, e = args
+            pi = power(var("pi"), abs(k))
+            return self._arithmetic("*", [e, q]) if not k else [
+                (no, mul(scale(n, number(q)), pi), d) if k > 0 else (no, scale(n, number(q)), mul(d, pi))
+                for no, n, d in self.value(e)]  # fmt: skip
         out = self.value(args[0])
+        if op == "neg":
+            return [(no, scale(n, -1), d) for no, n, d in out]
         if op == "^":
             k = constant(self.poly(args[1]))
             if k is None or k.denominator != 1 or (k <= 0 and any(names(d) for _, _, d in out)):
@@ -302,7 +291,7 @@ class Instant:
 
     def _switch(self, op: str, args: list[Json]) -> list[Case]:
         if op == "if":
-            no, yes = self._switched(args[0], self._careful > 0)
+            yes, no = self._test(args[0])
             return _few((disj([m, n]), *v) for m, e in ((no, args[1]), (yes, args[2])) if m is not True
                         for n, *v in self.value(e))  # fmt: skip
         if op == "abs":
@@ -320,25 +309,18 @@ class Instant:
     def _greater(self, a: Case, b: Case, least: bool = False) -> list[Case]:
         """The cases of the greater of two, or of the least."""
         no, n, d = _combine("-", a, b)
-        self._careful += 1
-        try:
-            below, above = self._literal("<", n, d), self._literal(">=", n, d)
-        finally:
-            self._careful -= 1
         first, second = (b, a) if least else (a, b)
+        below, above = self._literal("<", n, d, True), self._literal(">=", n, d, True)
         return [(disj([no, below]), *first[1:]), (disj([no, above]), *second[1:])]
 
     def _slope(self, e: Json) -> tuple[Poly, Poly]:
         if self.mode is None:
             raise Refused("a derivative outside a mode")
-        still, rates = self.scope.identity(self.mode), self.scope.rates(self.mode)
-        cases = still.value(e)
-        moving = {**rates, **({"sigma": self.scope.rho} if self.scope.rho is not None else {})}
-        timed = self.time is not None and "sigma" in names(cases[0][1])
-        if len(cases) > 1 or names(cases[0][2]) & set(moving) or timed:
+        rates = {**self.scope.rates(self.mode), "sigma": self.scope.rho or ZERO, "time": ONE}
+        (_, n, d), *others = self.scope.identity(self.mode).value(e)
+        if others or names(d) & rates.keys():
             raise Beyond("a derivative of what is no polynomial")
-        slope = along(cases[0][1], moving)
-        return substitute(slope, self.env, self._images), cases[0][2]
+        return substitute(total((1, mul(derivative(n, v), r)) for v, r in rates.items()), self.env), d
 
     def _is_truth(self, e: Json) -> bool:
         if not isinstance(e, list):
@@ -346,87 +328,82 @@ class Instant:
         op, args = _node(e)
         if op in ("if", "pre"):
             return (self if op == "if" else self.before or self)._is_truth(args[-1])
-        if op in ("var", "const"):
-            return self.scope.type_of(op, args[0]) == "bool"
+        if op == "var":
+            return self.scope.types.get(args[0]) == "bool"
+        if op == "const":
+            return bool(self.scope.constants.get(args[0], {}).get("type") == "bool")
         return op in TRUTHS or (op == "let" and self.scope.let(self.mode, args[0])["type"] == "bool")
 
-    def _sides(self, e: Json) -> tuple[Formula, Formula]:
-        """Where a truth does not hold, and where it does."""
-        self._careful += 1
+    def condition(self, e: Json, neg: bool = False, closed: bool = False) -> Formula:
+        """A domain, guard or test, or its negation; exact: everything in it must certainly be defined."""
+        before, self._exact = self._exact, True
         try:
-            return self.formula(e, True), self.formula(e)
+            return self.formula(e, neg, closed)
         finally:
-            self._careful -= 1
+            self._exact = before
 
-    def _switched(self, e: Json, careful: bool) -> tuple[Formula, Formula]:
-        no, yes = self._sides(e)
-        if careful and not isinstance(yes, bool):
+    def _test(self, e: Json) -> tuple[Formula, Formula]:
+        """Where a condition of `if` holds, and where not."""
+        yes, no = self.condition(e), self.condition(e, True)
+        if self._exact and not isinstance(yes, bool):
             raise Beyond("`if` in a domain, a guard or a condition")
-        return no, yes
+        return yes, no
 
-    def formula(self, e: Json, neg: bool = False, closed: bool = False, outer: bool = False) -> Formula:
-        """`e`, negated if `neg`, then read as a closed set if `closed`, then negated again if `outer`."""
+    def formula(self, e: Json, neg: bool = False, closed: bool = False) -> Formula:
+        """`e`, or its negation, then read as a closed set if `closed` (S6)."""
         spend(5)
-        how, flip = (neg, closed, outer), neg is not outer
         if isinstance(e, bool):
-            return e is not flip
+            return e is not neg
         op, args = _node(e)
         if op in ("and", "or"):
-            return (conj if (op == "and") is not flip else disj)(self.formula(a, *how) for a in args)
+            return (conj if (op == "and") is not neg else disj)(self.formula(a, neg, closed) for a in args)
         if op == "not":
-            return self.formula(args[0], not neg, closed, outer)
+            return self.formula(args[0], not neg, closed)
         if op == "implies":
-            return self.formula(["or", ["not", args[0]], args[1]], *how)
+            return self.formula(["or", ["not", args[0]], args[1]], neg, closed)
         if op == "if":
-            return self._choice(args, how)
+            yes, no = self._test(args[0])
+            return conj(disj([m, self.formula(a, neg, closed)]) for m, a in ((no, args[1]), (yes, args[2]))
+                        if m is not True)  # fmt: skip
         if op in NEGATED:
-            return self._compare(op, args, how)
+            return self._compare(op, args, neg, closed)
         if op in ("at", "jump", "jumped") and self.mode is not None:
             now = args[0] == (self.mode if op == "at" else self.edge) if args else self.edge is not None
-            return now is not flip
+            return now is not neg
         if op == "pre":
-            return (self.before or self).formula(args[0], *how)
+            return (self.before or self).formula(args[0], neg, closed)
         if op == "let" and self._is_truth(e):
-            return self.formula(self.scope.let(self.mode, args[0])["expr"], *how)
+            return self.formula(self.scope.let(self.mode, args[0])["expr"], neg, closed)
         if op in ("var", "const") and self._is_truth(e):
-            return literal("<=" if flip else ">=", add(self.poly(e), const(0 if flip else -1)))
+            return literal("<=" if neg else ">=", add(self.poly(e), const(0 if neg else 1), -1))
         raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
 
-    def _choice(self, args: list[Json], how: tuple[bool, bool, bool]) -> Formula:
-        no, yes = self._switched(args[0], how[1] or self._careful > 0)
-        return conj([disj([no, self.formula(args[1], *how)]), disj([yes, self.formula(args[2], *how)])])
-
-    def _compare(self, op: str, args: list[Json], how: tuple[bool, bool, bool]) -> Formula:
-        neg, closed, outer = how
-        if op in ("==", "!=") and self._is_truth(args[0]) and self._is_truth(args[1]):
-            a, b = args
+    def _compare(self, op: str, args: list[Json], neg: bool, closed: bool) -> Formula:
+        a, b = args
+        if op in ("==", "!=") and self._is_truth(a) and self._is_truth(b):
             same = ["or", ["and", a, b], ["and", ["not", a], ["not", b]]]
-            return self.formula(same, neg is not (op == "!="), closed, outer)
+            return self.formula(same, neg is not (op == "!="), closed)
         op = NEGATED[op] if neg else op
         if closed and op == "!=":
-            return not outer
+            return True
         op = CLOSED[op] if closed else op
-        op = NEGATED[op] if outer else op
-        self._careful += closed
-        try:
-            pairs = [_combine("-", a, b) for a in self.value(args[0]) for b in self.value(args[1])]
-            return conj([disj([no, self._literal(op, n, d)]) for no, n, d in pairs])
-        finally:
-            self._careful -= closed
+        pairs = [_combine("-", x, y) for x in self.value(a) for y in self.value(b)]
+        return conj([disj([no, self._literal(op, n, d, self._exact)]) for no, n, d in pairs])
 
-    def _literal(self, op: str, n: Poly, d: Poly) -> Formula:
-        """`n / d op 0` and `d != 0`; true only where everything is defined."""
+    def _literal(self, op: str, n: Poly, d: Poly, exact: bool) -> Formula:
+        """`n / d op 0` and `d != 0`."""
         if d == ONE:
             return literal(op, n)
         for sign, q in ((">", n), ("<", scale(n, -1))):
             if bernstein.certain(sign, d, self.scope.box):
                 return literal(op, q)
-        if self._careful:
+        if exact:
             raise Beyond("a division, perhaps by zero, in a domain, a guard or a condition")
         return conj([literal(op, mul(n, d)), literal("!=", d)])
 
 
 _LEAVES = {"const", "let", "var", "param", "input", "time", "pi", "sym"}
+_ARITHMETIC = {"+", "-", "neg", "*", "/", "^", "scale"}
 
 
 def _node(e: Json) -> tuple[str, list[Json]]:

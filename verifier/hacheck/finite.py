@@ -256,9 +256,10 @@ class Finite:
             return (yes, no) if op == "==" else (no, yes)
         if self.free(e) != {name}:
             return _masks([self.truth(e, {**env, name: c}) for c in cells])
-        if (id(e), of) not in self._known:
-            self._known[id(e), of] = _masks([self.truth(e, {name: c}) for c in cells])
-        found: Masks = self._known[id(e), of]
+        key = "masks", id(e), name, of
+        if key not in self._known:
+            self._known[key] = _masks([self.truth(e, {name: c}) for c in cells])
+        found: Masks = self._known[key]
         return found
 
     def _same(self, args: list[Json], env: Env, name: str, of: str) -> Masks:
@@ -266,7 +267,7 @@ class Finite:
         left, right = args
         fixed, moving = (left, right) if name not in self.free(left) else (right, left)
         wanted = self.value(fixed, env)
-        key = id(moving), of, *((n, env[n]) for n in sorted(self.free(moving) - {name}))
+        key = "places", id(moving), name, of, *((n, env[n]) for n in sorted(self.free(moving) - {name}))
         if key not in self._known:
             self._known[key] = self._places(moving, env, name, of)
         places, kinds, known = self._known[key]
@@ -287,8 +288,6 @@ class Finite:
         spend((len(found) + 1) * (1 + len(values) // 2000))
         known, _ = _masks([v is not None for v in values])
         return {v: sum(1 << i for i in at) for v, at in found.items()}, {type(v) for v in found}, known
-
-    # ---- values --------------------------------------------------------------------
 
     def value(self, e: Json, env: Env) -> Any:
         """The value of an expression, None where it is undefined."""

@@ -11,7 +11,7 @@ from hacheck.expressions import Instant, Scope
 from hacheck.finite import Env, Finite, World
 from hacheck.formula import disj, variables
 from hacheck.polynomial import const
-from hacheck.rational import Beyond, Refused, number
+from hacheck.rational import Refused, number
 
 Json = Any
 FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxes": {"proof", "verdict"}}
@@ -19,7 +19,8 @@ FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxe
 
 def shown(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """What an entry of kind `enumerated` or `witness` shows of its goal: `proved` or `refuted`."""
-    if set(entry) != {"kind", "hash", "params", *FIELDS[entry["kind"]]} or claim["which"]:
+    timed = claim["which"] or goal["window"] is not None or goal["within"] is not None
+    if timed or set(entry) != {"kind", "hash", "params", *FIELDS[entry["kind"]]}:
         raise Refused("an entry of a goal has other fields than its kind has")
     point = World(core, claim["on"], _point(core, claim["on"], entry["params"]))
     for a in (*core.data["assumptions"], *claim["assume"]):
@@ -67,9 +68,10 @@ def _unwrapped(world: World, e: Json, values: Json) -> tuple[str, Json, Env]:
 
 def _on_boxes(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """A tree shows the goal, or that an assumption fails, for all params; or the denied goal for those given."""
-    if claim["on"] in core.automata or (core.data["params"] and not entry["params"]):
-        raise Beyond("params of an automaton in a goal without time, or no admissible values of them")
-    scope = Scope(core, {"constants": [], "params": []}, False)
+    empty: Json = {"constants": [], "params": [], "modes": [], "vars": []}
+    scope = Scope(core, core.automata.get(claim["on"], empty), False)
+    if scope.params and not entry["params"]:
+        raise Refused("no admissible values of the params are given")
     given = {p: const(number(q)) for p, q in entry["params"].items()}
     if entry["verdict"] == "refuted":
         f = Instant(scope, None, given).formula(goal["condition"], True)

@@ -6,11 +6,11 @@ A formula is True, False, ("and", f, ...), ("or", f, ...) or a literal (op, poly
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from hacheck.polynomial import Poly, names, scale
+from hacheck.polynomial import Env, Poly, derivative, mul, names, scale, substitute, total
 
 Formula = Any  # bool | tuple, as above
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
@@ -58,13 +58,42 @@ def disj(members: Iterable[Formula]) -> Formula:
     return _join("or", False, members)
 
 
-def replace(f: Formula, change: Callable[[str, Poly], Formula]) -> Formula:
-    """The formula with every literal changed; sound for proofs where the new one implies the old."""
+def replace(f: Formula, change: Callable[[str, Poly], Formula], turn: bool = False) -> Formula:
+    """The formula with every literal changed, and `and` and `or` exchanged where it is turned."""
     if isinstance(f, bool):
-        return f
+        return f is not turn
     if f[0] in ("and", "or"):
-        return (conj if f[0] == "and" else disj)(replace(g, change) for g in f[1:])
+        return (conj if (f[0] == "and") is not turn else disj)(replace(g, change, turn) for g in f[1:])
     return change(f[0], f[1])
+
+
+def negated(f: Formula) -> Formula:
+    """The negation."""
+    return replace(f, lambda op, p: literal(NEGATED[op], p), True)
+
+
+def placed(f: Formula, env: Env) -> Formula:
+    """The formula with variables replaced at once."""
+    return replace(f, lambda op, p: literal(op, substitute(p, env))) if env else f
+
+
+def soon(f: Formula, rates: Mapping[str, Poly]) -> Formula:
+    """Where f is true at all times in (0, e) from now, for some e: signs are those of the first slope that is not 0."""
+
+    def after(op: str, p: Poly) -> Formula:
+        slope = total((1, mul(derivative(p, v), rates[v])) for v in sorted(names(p) & rates.keys()))
+        if not slope.terms:
+            return literal(op, p)
+        if op in ("==", "!="):
+            return (conj if op == "==" else disj)([literal(op, p), after(op, slope)])
+        return disj([literal("<", p), conj([literal("<=", p), after(op, slope)])])
+
+    return replace(f, after)
+
+
+def members(f: Formula, word: str) -> tuple[Formula, ...]:
+    """The members of a conjunction or disjunction, else the formula alone."""
+    return f[1:] if not isinstance(f, bool) and f[0] == word else (f,)
 
 
 def literals(f: Formula) -> Iterator[tuple[str, Poly]]:
@@ -91,10 +120,5 @@ def true(f: Formula, holds: Callable[[str, Poly], bool]) -> bool:
 
 def _exhaustive(members: tuple[Formula, ...]) -> bool:
     """Is one of a few alternatives the negation of another?"""
-    found = [f for f in members if f[0] not in ("and", "or")][:16]
-    return any(_denied(f) in found for f in found)
-
-
-def _denied(f: Formula) -> Formula:
-    op, p = f
-    return (NEGATED[op], p) if op in ("==", "!=") else ("<=" if op == "<" else "<", scale(p, -1))
+    found = [g for g in members if g[0] not in ("and", "or")][:16]
+    return any(negated(g) in found for g in found)

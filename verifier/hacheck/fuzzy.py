@@ -6,6 +6,8 @@ A number that is not defined (a choice where no rule fires, a table outside its 
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -13,18 +15,27 @@ from typing import Any
 from hacheck.core import Core, by_name
 from hacheck.formula import NEGATED
 from hacheck.rational import Beyond, Refused, number, spend
-from hacheck.regions import Node, Region, Truth, at_most, box, choice, combine, denied, holds_at, join, least, linear
+from hacheck.regions import (
+    Node,
+    Region,
+    Truth,
+    at_most,
+    box,
+    choice,
+    combine,
+    denied,
+    holds_at,
+    join,
+    least,
+    linear,
+    minus,
+)
 from hacheck.regions import true_on as shown_on
 
 Json = Any
 ONE, ZERO = linear(Fraction(1)), linear(Fraction(0))
 Value = tuple[Node, Truth]  # a number, and where it is defined
 CORNERS = {"tri": 3, "trap": 4, "ramp": 2, "point": 1}
-
-
-def minus(a: Node, b: Node) -> Node:
-    """The difference."""
-    return combine([(Fraction(1), a), (Fraction(-1), b)])
 
 
 def slope(x: Node, zero: Fraction, one: Fraction) -> Node:
@@ -122,7 +133,9 @@ class Systems:
         if e[0] == "not" and len(e) == 2:
             return minus(ONE, self.premise(name, e[1], at))
         if e[0] in ("and", "or") and len(e) > 1:
-            return least("min" if e[0] == "and" else "max", [self.premise(name, a, at) for a in e[1:]])
+            op = "min" if e[0] == "and" else "max"
+            made = lambda: least(op, [self.premise(name, a, at) for a in e[1:]])  # noqa: E731
+            return self._remembered(("premise", name, json.dumps(e)), at, made)
         raise Refused("a premise is none")
 
     def _remembered(self, key: tuple[str, ...], at: dict[str, Node], make: Any) -> Node:
@@ -147,6 +160,15 @@ class Unfolding:
         self._names: dict[str, Node] = {}
         self._known: dict[str, Fraction] = {}
         self._depth = 0
+        self._memory: dict[str, Any] = {}  # so that equal parts are one node
+
+    def once(self, e: Json, make: Callable[[], Any]) -> Any:
+        """What was made of an expression before, or is made now."""
+        key = json.dumps(e)
+        spend(len(key))
+        if key not in self._memory:
+            self._memory[key] = make()
+        return self._memory[key]
 
     # ---- truths
 
@@ -166,17 +188,17 @@ class Unfolding:
             cases = ((self.truth(args[0], c), self.truth(b, wanted)) for c, b in ((True, args[1]), (False, args[2])))
             return join("or", [join("and", c) for c in cases])
         if op == "covered" and len(args) == 3:
-            terms = [self.systems.degree(args[0], args[1], t, self.at(args[0])) for t in self.terms(args)]
+            terms = [self.systems.degree(args[0], args[1], t, self.at(args[0])) for t in self.systems.terms(*args[:2])]
             return self._compared("<=", self.number(args[2]), (least("max", [ZERO, *terms]), True), wanted)
         if op in NEGATED and len(args) == 2:
-            if op in ("==", "!=") and (self._is_word(args[0]) or self._is_word(args[1])):
-                return self._same(args[0], args[1], (op == "==") is wanted)
-            return self._compared(op, self.number(args[0]), self.number(args[1]), wanted)
+            found: Truth = self.once([e, wanted], lambda: self._comparison(op, args, wanted))
+            return found
         raise Beyond(f"`{op}` in a claim on fuzzy systems")
 
-    def terms(self, args: Json) -> list[str]:
-        """The terms of an input that a claim calls covered."""
-        return self.systems.terms(args[0], args[1])
+    def _comparison(self, op: str, args: Json, wanted: bool) -> Truth:
+        if op in ("==", "!=") and (self._is_word(args[0]) or self._is_word(args[1])):
+            return self._same(args[0], args[1], (op == "==") is wanted)
+        return self._compared(op, self.number(args[0]), self.number(args[1]), wanted)
 
     def _compared(self, op: str, a: Value, b: Value, wanted: bool) -> Truth:
         op = op if wanted else NEGATED[op]
@@ -207,10 +229,30 @@ class Unfolding:
             (a, known), (b, also) = self.word(e[2]), self.word(e[3])
             cases = {w: join("or", [join("and", [yes, a.get(w, False)]), join("and", [no, b.get(w, False)])])
                      for w in {**a, **b}}  # fmt: skip
-            return cases, join("or", [join("and", [yes, known]), join("and", [no, also])])
+            return cases, self._branched(e[1], known, also)
         if e[0] == "fuzzy" and len(e) == 4:
-            return self._chosen(e[1], e[2], e[3])
+            found: tuple[dict[str, Truth], Truth] = self.once(e, lambda: self._chosen(e[1], e[2], e[3]))
+            return found
         raise Beyond(f"`{e[0]}` where a value of an enumeration is meant")
+
+    def _branched(self, c: Json, a: Truth, b: Truth) -> Truth:
+        """Where a choice is defined whose numbers are defined at `a` and at `b`."""
+        known = self._settled(c)
+        if all(x is True or x is known for x in (a, b)):
+            return known
+        cases = join("and", [self.truth(c), a]), join("and", [self.truth(c, False), b])
+        return join("or", cases)
+
+    def _settled(self, e: Json) -> Truth:
+        """Where an expression is certainly true or certainly false."""
+        if e[0] == "not" and len(e) == 2:
+            return self._settled(e[1])
+        if e[0] in ("==", "!=") and len(e) == 3 and (self._is_word(e[1]) or self._is_word(e[2])):
+            parts = [p for p in (self.word(e[1])[1], self.word(e[2])[1]) if p is not True]
+            return parts[0] if len(parts) == 1 else join("and", parts)
+        if e[0] in NEGATED and len(e) == 3:
+            return join("and", [self.number(a)[1] for a in e[1:]])
+        return join("or", [self.truth(e), self.truth(e, False)])
 
     def _chosen(self, name: str, output: str, given: Json) -> tuple[dict[str, Truth], Truth]:
         """The strongest term, of equally strong ones the first declared; none where no rule fires."""
@@ -241,9 +283,8 @@ class Unfolding:
         if op == "table":
             return self._tabled(args)
         if op == "if" and len(args) == 3:
-            yes, no = self.truth(args[0]), self.truth(args[0], False)
             a, b = self.number(args[1]), self.number(args[2])
-            return choice(yes, a[0], b[0]), join("or", [join("and", [yes, a[1]]), join("and", [no, b[1]])])
+            return choice(self.truth(args[0]), a[0], b[0]), self._branched(args[0], a[1], b[1])
         if op == "scale" and len(args) == 3 and args[1] == 0:
             x = self.number(args[2])
             return combine([(number(args[0]), x[0])]), x[1]

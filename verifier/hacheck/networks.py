@@ -11,7 +11,7 @@ from hacheck.core import Core
 from hacheck.parts import Edge, Together, mentioned
 from hacheck.rational import Beyond, Refused, spend
 from hacheck.readings import Event, Readings, State
-from hacheck.zones import LARGEST, Formula, Zone, both, either, opposite
+from hacheck.zones import NO_BOUND, Formula, Zone, both, either, opposite
 
 Json = Any
 
@@ -45,9 +45,6 @@ class Network(Readings):
     def _priorities(self) -> list[tuple[str, str, Json]]:
         """Which interaction suppresses which, and when: all chains of the priorities of the core."""
         direct = self.root.priorities()
-        for a in self.automata:
-            direct += [(a.prefix + x, a.prefix + y, a.flat(p["when"])) for p in a.model["priorities"]
-                       for k, x in enumerate(p["over"]) for y in p["over"][k + 1 :]]  # fmt: skip
         if any(n not in self.together for a, b, _ in direct for n in (a, b)):
             raise Beyond("a priority among edges that fire only together with others")
         found, new = list(direct), list(direct)
@@ -207,15 +204,18 @@ class Network(Readings):
                 if landed is not None:
                     yield m, m.target, landed
 
-    def dwelt(self, s: State, z: Zone) -> list[Zone]:
-        """What a zone inside the domain becomes as time passes: in the domain, up to what is urgent (S7, S8)."""
+    def dwells(self, s: State, z: Zone) -> list[tuple[Zone | None, Zone]]:
+        """What a zone inside the domain becomes as time passes: in the domain, up to what is urgent (S7, S8).
+
+        Each time the part of it that this is about, None where no time may pass, and what it becomes.
+        """
         space, stops = self.space, self.stops(s)
-        out = list[Zone]()
+        out = list[tuple[Zone | None, Zone]]()
         open_: list[tuple[Zone, list[Zone]]] = [(z, [])]
         for p in stops:
             split = []
             for q, ends in open_:
-                out += space.cut(q, space.formula(p))
+                out += [(None, x) for x in space.cut(q, space.formula(p))]
                 for rest in space.minus(q, p):
                     ahead = space.earlier(p)
                     split += [(x, [*ends, p]) for x in space.cut(rest, space.formula(ahead))]
@@ -227,7 +227,7 @@ class Network(Readings):
             for p in ends:
                 before = [x for y in zones for x in space.cut(y, space.formula(space.earlier(p)))]
                 zones = [x for y in before for x in space.minus(y, space.after(p))]
-            out += zones
+            out += [(q, x) for x in zones]
         return out
 
     def is_terminal(self, s: State) -> bool:
@@ -240,7 +240,7 @@ class Network(Readings):
         if d is None or self.is_terminal(s):
             return False
         ends = either(
-            (0, c, 1 - (d[c * self.space.n] & ~1)) for c in range(1, self.space.n) if d[c * self.space.n] < LARGEST * 4
+            (0, c, 1 - (d[c * self.space.n] & ~1)) for c in range(1, self.space.n) if d[c * self.space.n] != NO_BOUND
         )
         return both([self.space.formula(d), ends, *(opposite(f) for _, f in self.fires(s))])
 

@@ -78,7 +78,12 @@ def total(summands: Iterable[tuple[int, Poly]], divisor: int = 1) -> Poly:
 
 def add(p: Poly, q: Poly, sign: int = 1) -> Poly:
     """`p + sign * q` for an integer sign."""
-    return total(((1, p), (sign, q)))
+    if p.unit != q.unit:
+        return total(((1, p), (sign, q)))
+    out = dict(p.terms)
+    for m, c in q.terms.items():
+        out[m] = out[m] + sign * c if m in out else sign * c
+    return _made(out, p.unit)
 
 
 def mul(p: Poly, q: Poly) -> Poly:
@@ -117,12 +122,12 @@ def scale(p: Poly, q: Fraction | int) -> Poly:
 
 
 def by_power(p: Poly, v: str) -> dict[int, Poly]:
-    """Coefficients with respect to one variable: `p = sum(c[k] * v**k)`."""
+    """Coefficients with respect to one variable: `p = sum(c[k] * v**k)`, perhaps not in lowest terms."""
     out: dict[int, dict[Mono, int]] = {}
     for m, c in p.terms.items():
         k = m.count(v)
         out.setdefault(k, {})[tuple([w for w in m if w != v]) if k else m] = c
-    return {k: _made(terms, p.unit) for k, terms in out.items()}
+    return {k: Poly(terms, p.unit, p.bits) for k, terms in out.items()}
 
 
 def derivative(p: Poly, v: str) -> Poly:
@@ -135,22 +140,22 @@ def derivative(p: Poly, v: str) -> Poly:
     return _made(out, p.unit)
 
 
-def along(p: Poly, rates: Mapping[str, Poly]) -> Poly:
-    """The derivative along a flow."""
-    return total((1, mul(derivative(p, v), r)) for v, r in rates.items())
+class Env(dict[str, Poly]):
+    """What replaces variables; it remembers what monomials become, so it is not changed once used."""
+
+    def __init__(self, items: Mapping[str, Poly]) -> None:
+        super().__init__(items)
+        self.images: dict[Mono, Poly] = {(): ONE}
+
+    def image(self, m: Mono) -> Poly:
+        """What a monomial becomes."""
+        if m not in self.images:
+            self.images[m] = mul(self.image(m[:-1]), self[m[-1]] if m[-1] in self else var(m[-1]))
+        return self.images[m]
 
 
-Images = dict[Mono, Poly]
-
-
-def substitute(p: Poly, env: Mapping[str, Poly], images: Images) -> Poly:
-    """`p` with variables replaced at once; `images` remembers what monomials become in this `env`."""
-
-    def image(m: Mono) -> Poly:
-        if m not in images:
-            last = env[m[-1]] if m[-1] in env else var(m[-1])
-            images[m] = mul(image(m[:-1]), last) if len(m) > 1 else last
-        return images[m]
-
-    images.setdefault((), ONE)
-    return total([(c, image(m)) for m, c in p.terms.items()], p.unit)
+def substitute(p: Poly, env: Env) -> Poly:
+    """`p` with variables replaced at once."""
+    if env.keys().isdisjoint(names(p)):
+        return p
+    return total([(c, env.image(m)) for m, c in p.terms.items()], p.unit)

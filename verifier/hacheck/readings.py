@@ -15,7 +15,7 @@ from hacheck.core import Core
 from hacheck.formula import CLOSED, NEGATED
 from hacheck.parts import Scope
 from hacheck.rational import Beyond, Refused, number, spend
-from hacheck.zones import LARGEST, Formula, Space, Zone, both, either, opposite
+from hacheck.zones import LARGEST, NO_BOUND, Formula, Space, Zone, both, either, opposite
 
 Json = Any
 State = tuple[Any, ...]
@@ -70,6 +70,8 @@ class Readings:
         rate = rates.pop()
         self.types[name] = v["type"]
         if v["low"] is not None or v["high"] is not None:
+            if v["type"] != "real":
+                raise Beyond("a declared range of a discrete variable")
             self.windows[name] = (owner.flat(v["low"]), owner.flat(v["high"]))
         if rate:
             self.clocks[name], self.rates[name] = len(self.clocks) + 1, rate
@@ -251,11 +253,14 @@ class Readings:
         for chosen in product(*lines):
             spend(100)
             known: dict[str, Json] = {}
-            for o, line, _ in chosen:
-                known.update({r["var"]: r for r in o.resets(line["with"])})
+            given_values = [r for o, line, _ in chosen for r in o.resets(line["with"])]
+            known.update({r["var"]: r for r in given_values})
+            if len(known) < len(given_values):
+                raise Refused("a start gives a variable two values")
             modes = {o.prefix: m for o, _, m in chosen if m is not None}
             names = [n for n in self.slots if n not in modes]
             for given in product(*(self._start_values(n, known.get(n)) for n in names)):
+                spend(20)
                 found = {**modes, **dict(zip(names, given, strict=True))}
                 s = tuple(found[n] for n in self.slots)
                 where = [self.truth(o.flat(line["where"]), s) for o, line, _ in chosen]
@@ -286,7 +291,7 @@ class Readings:
         given = both(self._between(n, r["to"], r["to"]) if "to" in r else self._between(n, r["low"], r["high"])
                      for n, r in sets)  # fmt: skip
         for part in self.space.cut(z, both([given, where])) if z is not None else ():
-            free = [n for n, c in self.clocks.items() if max(part[c], part[c * self.space.n]) > LARGEST * 4]
+            free = [n for n, c in self.clocks.items() if NO_BOUND in (part[c], part[c * self.space.n])]
             if any(None in self.windows.get(n, (None, None)) for n in free):
                 raise Beyond("a clock starts anywhere")
             yield from self.space.cut(part, both(self._between(n, *self.windows[n]) for n in free))

@@ -16,7 +16,8 @@ Json = Any
 End = tuple[Fraction, int]
 Terms = tuple[tuple[str, Fraction], ...]  # sorted by name, no coefficient is 0
 ZERO: End = (Fraction(0), 0)
-MANY = 120  # pairs of parts of two numbers that are compared
+UNIT = Fraction(1)
+MANY = 12  # pairs of parts of two numbers that are compared
 
 
 class Node:
@@ -66,6 +67,14 @@ def combine(parts: Iterable[tuple[Fraction, Node]], constant: Fraction = Fractio
     all_parts = (*(((Fraction(1), line),) if line.names else ()), *kept)
     names = frozenset[str]().union(*(n.names for _, n in all_parts))
     return Node("sum", (Fraction(0) if line.names else constant, all_parts), names)
+
+
+def minus(a: Node, b: Node) -> Node:
+    """The difference."""
+    if a.op == b.op == "lin" and not (a.names and b.names):
+        constant, terms = a.parts[0] - b.parts[0], a.parts[1] or tuple((v, -q) for v, q in b.parts[1])
+        return Node("lin", (constant, terms), a.names or b.names, (constant, 0), (constant, 0))
+    return combine([(UNIT, a), (-UNIT, b)])
 
 
 def least(op: str, parts: Iterable[Node]) -> Node:
@@ -141,8 +150,12 @@ class Region:
     def enclose(self, constant: Fraction, terms: Terms) -> tuple[End, End]:
         """The ends of a linear number, from the axes and from its own direction."""
         spend(3 * len(terms) + 2)
-        axes = [scaled(q, *self.ends[((v, Fraction(1)),)]) for v, q in terms]
-        low, high = added(axes, constant)
+        if len(terms) == 1:
+            v, q = terms[0]
+            (x, up), (y, down) = self.ends[((v, UNIT),)]
+            ends = (constant + q * x, up), (constant + q * y, down)
+            return ends if q > 0 else ((ends[1][0], -down), (ends[0][0], -up))
+        low, high = added([scaled(q, *self.ends[((v, UNIT),)]) for v, q in terms], constant)
         if len(terms) > 1:
             first = terms[0][1]
             known = self.ends.get(tuple((v, q / first) for v, q in terms))
@@ -257,23 +270,32 @@ class Narrowing:
             return True
         if (a.low >= b.high) if strict else (a.low > b.high):
             return False
+        if _is_among(b, a) if strict else _is_among(a, b):
+            return not strict
         if a.size * b.size > MANY:
             return None
         for n, smaller in ((a, True), (b, False)):
-            if n.op in ("min", "max", "if"):
+            if n.op in ("max", "if") or (n.op == "min" and not (smaller and b.op == "min")):
                 parts = n.parts[1:] if n.op == "if" else n.parts
                 found = (self.order(m, b, strict) if smaller else self.order(a, m, strict) for m in parts)
                 if n.op == "if":
                     first, second = found
                     return first if first is second else None
                 return _every(found) if (n.op == "max") is smaller else _some(found)
-        return self._signs(combine([(Fraction(1), a), (Fraction(-1), b)]), strict)
+        return self._signs(minus(a, b), strict)
 
     def _signs(self, n: Node, strict: bool) -> bool | None:
         low, high = self._known(self._bounded(n))
         if high < ZERO or (high == ZERO and not strict):
             return True
         return False if low > ZERO or (low == ZERO and strict) else None
+
+
+def _is_among(a: Node, b: Node) -> bool:
+    """Is `a <= b` because the members of a minimum, or of a maximum, are among those of the other?"""
+    if a.op == "min" and b.op != "max":
+        return {id(n) for n in (b.parts if b.op == "min" else (b,))} <= {id(n) for n in a.parts}
+    return b.op == "max" and {id(n) for n in (a.parts if a.op == "max" else (a,))} <= {id(n) for n in b.parts}
 
 
 def _every(found: Iterable[bool | None]) -> bool | None:

@@ -12,13 +12,14 @@ from fractions import Fraction
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
-from hacheck.cells import Box, Cells, empty, inside, meet
+from hacheck.bernstein import Box, bounds, meet
+from hacheck.cells import Cells
 from hacheck.expressions import EVENTS, Instant, nodes
-from hacheck.formula import Formula, disj, literal, replace
+from hacheck.formula import Formula, disj, literal, placed
 from hacheck.obligations import Question, Setting
-from hacheck.polynomial import add, const, substitute, var
+from hacheck.polynomial import Env, add, const, var
 from hacheck.rational import Beyond, Interval, Refused, number, spend
-from hacheck.replay import Walk
+from hacheck.replay import Stage, Walk
 
 Json = Any
 Place = tuple[int, Fraction, int]
@@ -276,7 +277,7 @@ class Ways(Signals):
         c = self.cells
         if not c.timed or c.jumps is not None or (c.time is not None and c.time <= self.horizon):
             raise Refused("the cells do not track time, or end before the formula's horizon")
-        low, high = c.horizon(Fraction(1))
+        low, high = bounds(q.model.scope.rho, q.model.scope.box) if q.model.scope.rho is not None else (None, None)
         if low is None or high is None or len(node["atoms"]) != len(self.atoms):
             raise Refused("the truths given are not those of the formula's atoms")
         self.rate, self.reach, self.given = (low, high), self.horizon * high, node["atoms"]
@@ -285,7 +286,7 @@ class Ways(Signals):
 
     def length(self, i: int) -> Fraction:
         """How long a stay is looked at."""
-        low, dwell = (self.cells.cells[i].sigma or (None, None))[0], self.cells.cells[i].stay[1]
+        low, dwell = self.cells.cells[i].entry["sigma"][0], self.cells.cells[i].stay[1]
         if low is None:
             raise Refused("a cell is entered at no bounded time")
         left = max(ZERO, self.reach - low)
@@ -297,49 +298,65 @@ class Ways(Signals):
         pending: list[tuple[int, tuple[int, int] | None, list[Any]]] = []
         for line in self.q.setting.a["init"]:
             for mode in scope.modes:
-                box = self.cells._start(line, mode) if line["mode"] in (None, mode) else None
-                if box is not None and not any(empty(x) for x in box.values()):
-                    pending += [(i, None, []) for i in self.located(mode, box, (ZERO, ZERO))]
+                found = self.cells.start(line, mode) if line["mode"] in (None, mode) else None
+                if found is not None:
+                    box = {v: found[0][v] for v in scope.types}
+                    pending += [(i, None, []) for i in self.located(mode, {**box, "sigma": (ZERO, ZERO)})]
         while pending:
             spend(200)
             i, entered, way = pending.pop()
             if len(way) > 5000:
                 raise Beyond("a run with too many jumps")
             cell, length = self.cells.cells[i], self.length(i)
-            assert cell.sigma is not None
-            low, high = cell.sigma
+            low, high = cell.entry["sigma"]
             if low is None or high is None:
                 raise Refused("a cell is entered at no bounded time")
             clock = low, high
             if cell.stay[1] is None or high + cell.stay[1] > self.horizon * self.rate[0]:
                 self._check([*way, (i, entered, Dwell(length, length, *clock))], False)
             if self._may_end(i, low):
-                self._check([*way, (i, entered, Dwell(ZERO, length, *clock))], True)
+                kept = not scope.modes[cell.mode]["terminal"] and cell.shows(self.q.model.domain(cell.mode), cell.stay)
+                self._check([*way, (i, entered, Dwell(length if kept else ZERO, length, *clock))], True)
             for k in self.q.model.leaving[cell.mode]:
-                after, sigma, s = self.cells.outcome(i, k, cell.stay)
-                if after is None or s[0] is None or low + s[0] > self.reach:
+                after, s = self._leaving(i, k)
+                if not after or s[0] is None or low + s[0] > self.reach:
                     continue
                 stay = Dwell(s[0], length if s[1] is None else min(s[1], length), *clock)
-                for j in self.located(self.q.setting.a["edges"][k]["target"], after, sigma):
+                for j in self.located(self.q.setting.a["edges"][k]["target"], after):
                     pending.append((j, (i, k), [*way, (i, entered, stay)]))
+
+    def _leaving(self, i: int, k: int) -> tuple[Box, Interval]:
+        """A box around the states that edge k makes of those in a cell, empty if it is not taken, and the dwells."""
+        c = self.cells.cells[i]
+        found = self.cells.outcome(c, k, c.stay)
+        if found is None:
+            return {}, c.stay
+        dwell = c.place(c.stay, True)[0].get("s", var("s"))
+        return {v: bounds(p, found[1]) for v, p in found[0].items()}, meet(bounds(dwell, found[1]), c.stay)
 
     def _may_end(self, i: int, low: Fraction) -> bool:
         """May a run be stuck in a cell, or have ended there in a state that is not followed?"""
         cell = self.cells.cells[i]
         if self.q.model.scope.modes[cell.mode]["terminal"]:
-            moving = any(self.q.model.flow(cell.mode)[1].values())
+            moving = any(self.q.model.scope.flow(cell.mode)[1].values())
             return moving or (cell.stay[1] is not None and low + cell.stay[1] <= self.reach)
-        return not self.cells.never_stuck(i, self.horizon)
+        model = self.q.model
+        going = [
+            model.outside(cell.mode),
+            self.cells.past(cell),
+            self.cells.late(self.cells.time),
+            model.lively(cell.mode),
+        ]
+        return not cell.shows(disj(going), cell.stay)
 
-    def located(self, mode: str, box: Box, sigma: Interval) -> list[int]:
+    def located(self, mode: str, box: Box) -> list[int]:
         """The one cell that contains a box, else all that touch it."""
         members = [(j, self.cells.cells[j]) for j in self.cells.by_mode[mode]]
         spend(len(members) * (len(box) + 1))
         for j, c in members:
-            if inside(sigma, c.sigma or sigma) and all(inside(x, c.entry[v]) for v, x in box.items()):
+            if all(_inside(x, c.entry[v]) for v, x in box.items()):
                 return [j]
-        return [j for j, c in members if not empty(meet(sigma, c.sigma or sigma))
-                and not any(empty(meet(x, c.entry[v])) for v, x in box.items())]  # fmt: skip
+        return [j for j, c in members if not any(_empty(meet(x, c.entry[v])) for v, x in box.items())]
 
     def _check(self, way: list[Any], lost: bool) -> None:
         dwells = [d for _, _, d in way]
@@ -366,30 +383,28 @@ class Ways(Signals):
     def stays(self, n: int, i: int) -> list[Share]:
         """The truth of an atom along a stay in a cell, each share with its proof."""
         if (n, i) not in self._stays:
-            found = shares(self.given[n]["stays"][i], self.length(i))
-            at = self.q.model.scope.identity(self.cells.cells[i].mode)
+            found, c = shares(self.given[n]["stays"][i], self.length(i)), self.cells.cells[i]
+            excuse = disj(
+                [self.q.model.outside(c.mode), self.cells.past(c), self._unassumed(self.q.model.scope.identity(c.mode))]
+            )
             for p in found:
                 if p.value != "u":
-                    f = p.weaken(self._claimed(at, self.atoms[n], p.value))
-                    self.q._tree(p.tree, f, self.cells.place(i, (p.low, p.high), {}))
+                    f = p.weaken(self.q.model.scope.identity(c.mode).formula(self.atoms[n], p.value == "f"))
+                    self.q._tree(p.tree, c, f, excuse, (p.low, p.high))
             self._stays[n, i] = found
         return self._stays[n, i]
 
-    def _claimed(self, at: Instant, atom: Json, value: str, *excuses: Formula) -> Formula:
-        assumed = (at.formula(a, True) for a in self.q.assume)
-        return disj([at.formula(atom, value == "f"), at.outside, *excuses, *assumed])
+    def _unassumed(self, at: Instant) -> Formula:
+        return disj(at.formula(a, True) for a in self.q.assume)
 
     def landing(self, n: int, i: int, k: int) -> str:
         """The truth of an atom just after edge k is taken out of cell i."""
         if (n, i, k) not in self._landings:
             given = [x for x in self.given[n]["jumps"] if x[0] == i and x[1] == k][:1]
             for _, _, value, tree in given:
-                edge, at = self.q.setting.a["edges"][k], self.q.model.landing(k)
-                after, _, s = self.cells.outcome(i, k, self.cells.cells[i].stay)
-                guard = self.q.model.guard(k, closed=edge["urgent"], outer=True)
-                f = self._claimed(at, self.atoms[n], value, guard, self.q.model.scope.identity(edge["source"]).outside)
-                sets = {r["var"] + "'": (after or {})[r["var"]] for r in edge["resets"] if "to" not in r}
-                self.q._tree(tree, f, self.cells.place(i, s, sets))
+                c, at = self.cells.cells[i], self.q.model.landing(k)
+                excuse = disj([self.cells.untaken(c, k), self._unassumed(at)])
+                self.q._tree(tree, c, at.formula(self.atoms[n], value == "f"), excuse)
                 if value not in ("t", "f"):
                     raise Refused("a truth after a jump is none")
             self._landings[n, i, k] = given[0][2] if given else "u"
@@ -406,17 +421,10 @@ class Single(Signals):
 
     def refute(self, run: Json, given: Json) -> None:
         """The formula does not hold at the start of the run."""
-        seen: list[tuple[Instant | None, Instant, Fraction, Fraction]] = []
-
-        def watch(at: Instant, dwell: Fraction, time: Fraction) -> None:
-            if at.edge is not None:
-                landed.append(at)
-            else:
-                seen.append((landed.pop() if landed else None, at, dwell, time))
-
-        landed: list[Instant] = []
-        walk = Walk(self.q.model, run, self.q.assume, watch)
-        dwells = [Dwell(d, d, time, time) for _, _, d, time in seen]
+        walk = Walk(self.q.model, run, self.q.assume)
+        before: list[Stage | None] = [None, *(x if x.at.edge is not None else None for x in walk.stages[:-1])]
+        seen = [(landed, x) for landed, x in zip(before, walk.stages, strict=True) if x.at.edge is None]
+        dwells = [Dwell(x.dwell, x.dwell, x.time, x.time) for _, x in seen]
         lost = walk.time <= self.horizon
         if lost:
             dwells.append(Dwell(self.horizon + 1, self.horizon + 1, walk.time, walk.time))
@@ -426,8 +434,8 @@ class Single(Signals):
 
         def read(e: Json) -> Signal:
             items = given[self.atoms.index(e)]
-            found = [self._along(walk, e, at, d, x) for (_, at, d, _), x in zip(seen, items, strict=True)]
-            at_once = [self._now(walk, e, x) if x is not None and eventful(e) else None for x, _, _, _ in seen]
+            found = [self._along(walk, e, at, x) for (_, at), x in zip(seen, items, strict=True)]
+            at_once = [self._now(walk, e, x) if x is not None and eventful(e) else None for x, _ in seen]
             if lost:
                 found.append([Share(ZERO, 0, self.horizon + 1, 1, "u", None)])
                 at_once.append(None)
@@ -437,18 +445,27 @@ class Single(Signals):
         if may and may[0][0] == (0, ZERO, 0):
             raise Refused("a run is not shown to violate the formula")
 
-    def _along(self, walk: Walk, e: Json, at: Instant, dwell: Fraction, items: Json) -> list[Share]:
-        found = shares(items, dwell)
+    def _along(self, walk: Walk, e: Json, stage: Stage, items: Json) -> list[Share]:
+        found = shares(items, stage.dwell)
         for p in found:
             if p.value != "u":
-                f, later = p.weaken(at.formula(e, p.value == "f")), {"s": add(var("s"), const(p.low))}
-                f = replace(f, lambda op, x, v=later: literal(op, substitute(x, v, {})))  # type: ignore[misc]
-                if not walk.surely(f, p.high - p.low):
+                f = placed(p.weaken(stage.at.formula(e, p.value == "f")), stage.state)
+                if not walk.surely(placed(f, Env({"s": add(var("s"), const(p.low))})), p.high - p.low):
                     raise Refused("a truth along a run is not the one given")
         return found
 
-    def _now(self, walk: Walk, e: Json, at: Instant) -> str:
-        return "t" if walk.surely(at.formula(e)) else "f" if walk.surely(at.formula(e, True)) else "u"
+    def _now(self, walk: Walk, e: Json, stage: Stage) -> str:
+        yes, no = (placed(stage.at.formula(e, neg), stage.state) for neg in (False, True))
+        return "t" if walk.surely(yes) else "f" if walk.surely(no) else "u"
+
+
+def _empty(i: Interval) -> bool:
+    return i[0] is not None and i[1] is not None and i[0] > i[1]
+
+
+def _inside(a: Interval, b: Interval) -> bool:
+    below = b[0] is None or (a[0] is not None and b[0] <= a[0])
+    return below and (b[1] is None or (a[1] is not None and a[1] <= b[1]))
 
 
 def narrowed(q: Question, place: Json, end: str, at: Json) -> Question:

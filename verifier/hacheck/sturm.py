@@ -30,9 +30,9 @@ def dense(p: Poly) -> Dense:
 def _primitive(p: Dense) -> Dense:
     while p and not p[-1]:
         p = p[:-1]
-    g = gcd(*p) if p else 1
-    if p and max(abs(c) for c in p).bit_length() > MAX_BITS:
+    if max(map(int.bit_length, p), default=0) > MAX_BITS:
         raise Beyond("numbers grow beyond what the checker allows")
+    g = gcd(*p) if p else 1
     return p if g == 1 else [c // g for c in p]
 
 
@@ -77,23 +77,6 @@ def sign(p: Dense, x: Fraction) -> int:
     return (value > 0) - (value < 0)
 
 
-def sign_after(p: Dense, x: Fraction) -> int:
-    """The sign of p on a short open interval to the right of x."""
-    while p:
-        s = sign(p, x)
-        if s:
-            return s
-        p = _slope(p)
-    return 0
-
-
-def _chain(p: Dense) -> list[Dense]:
-    chain = [p, _slope(p)]
-    while chain[-1]:
-        chain.append([-c for c in _divide(chain[-2], chain[-1])[1]])
-    return chain[:-1]
-
-
 def _variations(chain: list[Dense], x: Fraction) -> int:
     signs = [s for s in (sign(p, x) for p in chain) if s]
     return sum(a != b for a, b in pairwise(signs))
@@ -107,9 +90,11 @@ def roots(p: Dense, low: Fraction, high: Fraction) -> list[Root]:
     if len(p) == 2:
         x = Fraction(-p[0], p[1])
         return [(x, x)] if low < x <= high else []
-    chain = _chain(p)
+    chain = [p, _slope(p)]
+    while chain[-1]:
+        chain.append([-c for c in _divide(chain[-2], chain[-1])[1]])
     out: list[Root] = []
-    stack = [(low, high, _variations(chain, low), _variations(chain, high))]
+    stack = [(low, high, _variations(chain[:-1], low), _variations(chain[:-1], high))]
     while stack:
         a, b, va, vb = stack.pop()
         if va - vb == 1 and not sign(p, b):
@@ -118,7 +103,7 @@ def roots(p: Dense, low: Fraction, high: Fraction) -> list[Root]:
             out.append((a, b))
         elif va > vb:
             m = (a + b) / 2
-            vm = _variations(chain, m)
+            vm = _variations(chain[:-1], m)
             stack += [(m, b, vm, vb), (a, m, va, vm)]
     return out
 
@@ -126,10 +111,8 @@ def roots(p: Dense, low: Fraction, high: Fraction) -> list[Root]:
 def _at_root(p: Dense, root: Root) -> int:
     """The sign of p at a root of a multiple of its square-free part."""
     a, b = root
-    if a == b:
-        return sign(p, a)
     free = square_free(p)
-    return 0 if sign(free, a) * sign(free, b) < 0 else sign(p, a)
+    return 0 if a < b and sign(free, a) * sign(free, b) < 0 else sign(p, a)
 
 
 def _extent(p: Dense, low: Fraction | None, high: Fraction | None) -> tuple[Fraction, Fraction]:
@@ -139,10 +122,10 @@ def _extent(p: Dense, low: Fraction | None, high: Fraction | None) -> tuple[Frac
     return lo, high if high is not None else max(reach, lo + 1)
 
 
-def always(f: Formula, v: str, low: Fraction | None, high: Fraction | None, half_open: bool = False) -> bool:
-    """Is f, a formula in v alone, true for all v in [low, high], or in [low, high) when half open?"""
+def always(f: Formula, low: Fraction | None, high: Fraction | None) -> bool:
+    """Is f, a formula in one variable, true for all its values in [low, high]?"""
     if isinstance(f, bool):
-        return f or (half_open and low is not None and low == high)
+        return f
     polys = {id(p): dense(p) for _, p in literals(f)}
     product: Dense = [1]
     for p in polys.values():
@@ -156,15 +139,7 @@ def always(f: Formula, v: str, low: Fraction | None, high: Fraction | None, half
         return true(f, lambda op, p: sign_fits(op, signs(polys[id(p)])))
 
     lo, hi = _extent(product, low, high)
-    if lo == hi:
-        return half_open or fits(lambda p: sign(p, lo))
     inner = [r for r in roots(product, lo, hi) if r[0] < hi]
     ends = [lo, *(x for r in inner for x in r), hi]
-    samples = [(a + b) / 2 for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    samples += [lo] if half_open else [lo, hi]
+    samples = [lo, hi, *((a + b) / 2 for a, b in zip(ends[::2], ends[1::2], strict=True))]
     return all(fits(partial(sign, x=x)) for x in samples) and all(fits(partial(_at_root, root=r)) for r in inner)
-
-
-def soon(f: Formula, x: Fraction) -> bool:
-    """Is f true on some open interval to the right of x?"""
-    return true(f, lambda op, p: sign_fits(op, sign_after(dense(p), x)))

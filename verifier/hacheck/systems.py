@@ -48,7 +48,10 @@ class Listed:
         self.states = [self._state(entry) for entry in data["states"]]
         self.hints = [entry["next"] for entry in data["states"]]
         self.limit: Formula = True if self.time is None else self.network.truth(["<=", [TIME], data["time"]], ())
-        for s, z in self.network.starts():
+        starts = list(self.network.starts())
+        if not starts:
+            raise Refused("the system has no start, so nothing can be shown of its runs")
+        for s, z in starts:
             self._covered(data["starts"], s, z, 0)
         for i, _ in enumerate(self.states):
             for _, target, landed, depth in self.landings(i):
@@ -76,6 +79,18 @@ class Listed:
             for m, target, landed in self.network.landings(s, z):
                 yield m, target, landed, depth + (self.jumps is not None)
 
+    def instants(self) -> Iterator[tuple[State, Zone, Event | None]]:
+        """All states with the jump just made: the starts, what lands, and what follows either after some time."""
+        net = self.network
+        for s, z in net.starts():
+            yield from ((s, q, None) for _, q in net.dwells(s, z))
+        for i, _ in enumerate(self.states):
+            for m, s, z, _ in self.landings(i):
+                yield s, z, m.event
+                for q, dwelt in net.dwells(s, z):
+                    later = net.space.formula(net.space.after(q)) if q is not None else False
+                    yield from ((s, p, None) for p in net.space.cut(dwelt, later))
+
     def _covered(self, hints: Json, s: State, z: Zone, depth: int) -> None:
         """All that time makes of a landing is inside listed states, renamed as the hints say."""
         renamed = [(self.symmetry.renaming(r), k) for r, k in hints]
@@ -89,7 +104,7 @@ class Listed:
             for t, z2, jumps in [self.states[k]]
             if jumps <= depth and r.state(s) == t
         ]
-        for dwelt in self.network.dwelt(s, z):
+        for _, dwelt in self.network.dwells(s, z):
             for part in space.cut(dwelt, self.limit):
                 if not any(inside(space.permuted(part, clocks), z2) for clocks, z2 in near):
                     raise Refused(f"a state that follows is in no listed state: {', '.join(map(str, s))[:150]}")
@@ -154,17 +169,13 @@ class SystemCheck:
             [op, [TIME], str(q)] for op, q in (("<", after), (">", limit)) if q is not None and TIME in net.clocks
         ]
         wanted = ["or", *moments, wanted]
-        timed = any(n[0] == TIME for n in nodes(wanted))
-        for s, z, _ in listed.states:
-            if timed and (TIME not in net.clocks or net.is_terminal(s)):
-                raise Beyond("the time in a claim, which the states do not track, or in a terminal mode")
-            if net.space.cut(z, net.truth(wanted, s, no=True)):
-                raise Refused(f"a listed state does not satisfy the claim: {', '.join(map(str, s))[:150]}")
-        if any(n[0] in ("jump", "jumped", "pre") for n in nodes(wanted)):
-            for i, _ in enumerate(listed.states):
-                for m, s, z, _ in listed.landings(i):
-                    if net.space.cut(z, both([listed.limit, net.truth(wanted, s, m.event, no=True)])):
-                        raise Refused("a jump does not satisfy the claim")
+        words = {n[0] for n in nodes(wanted)}
+        if TIME in words and (TIME not in net.clocks or any(net.is_terminal(s) for s, _, _ in listed.states)):
+            raise Beyond("the time in a claim, which the states do not track, or in a terminal mode")
+        plain = ((s, z, None) for s, z, _ in listed.states)
+        for s, z, event in listed.instants() if words & {"jump", "jumped", "pre"} else plain:
+            if net.space.cut(z, both([listed.limit, net.truth(wanted, s, event, no=True)])):
+                raise Refused(f"a state does not satisfy the claim: {', '.join(map(str, s))[:150]}")
 
     def _one(self, claim: Json, goal: Json, entry: Json) -> None:
         """A run that violates the claim, or reaches what it asks for, within its horizon."""
@@ -224,7 +235,11 @@ class Walk:
             return
         self.event = None
         now = self._exactly(TIME, self.time)
-        found = [q for z in self.network.dwelt(self.state, self.zone) for q in self.network.space.cut(z, now)]
+        found = [
+            q
+            for z in [q for _, q in self.network.dwells(self.state, self.zone)]
+            for q in self.network.space.cut(z, now)
+        ]
         if not found:
             raise Refused(f"a run dwells where no time can pass, or too long (until {str(self.time)[:40]} s)")
         self.zone = self._in_range(self.state, found[0])

@@ -151,8 +151,8 @@ def propose(monkeypatch: pytest.MonkeyPatch, lie: Callable[[str, Evidence], Evid
 
     honest = portfolio.decide_all
 
-    def dishonest(spec: Spec, names: list[str], budget: Any) -> dict[str, Evidence]:
-        return {name: lie(name, e) for name, e in honest(spec, names, budget).items()}
+    def dishonest(spec: Spec, names: list[str], budget: Any, core: Any = None) -> dict[str, Evidence]:
+        return {name: lie(name, e) for name, e in honest(spec, names, budget, core).items()}
 
     monkeypatch.setattr(portfolio, "decide_all", dishonest)
 
@@ -251,3 +251,26 @@ def test_accepted_findings_do_not_fail(haverify: Call, write: Write) -> None:
     said = haverify("check", write("m.ha", CLOCK + TRUE))
     assert said.code == 0
     assert "HA801" in said.out
+
+
+GEARBOX = """spec "Runs" version "1.0"
+enum Gear { Low, High }
+automaton M {
+  var x: s in [0 s, 2 s]
+  var on: bool
+  var gear: Gear
+  init A with { x := 0 s; on := false; gear := Low }
+  mode A { flow { x' = 1 } }
+  urgent edge e: A -> A when x >= 1 s do { x := 0 s; on := not on; gear := High }
+}
+property p on M { always not (gear is High and on) }
+"""
+
+
+def test_a_run_names_the_values_of_truths_and_enumerations(haverify: Call, write: Write, tmp_path: Path) -> None:
+    done = haverify("check", write("m.ha", GEARBOX))
+    assert "t = 0 s: A with x = 0 s, on = false, gear = Low" in done.out
+    assert "gear is High" in done.out
+    run = read_report(tmp_path)["claims"][0]["run"]
+    assert run["states"][1] == {"x": "0", "on": "1", "gear": "1"}
+    assert run["states_decimal"][1] == {"x": "0", "on": "true", "gear": "High"}

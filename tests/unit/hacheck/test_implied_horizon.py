@@ -4,8 +4,8 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from hacheck.obligations import Question
 
+from hacheck.obligations import Question
 from haverify.model.core import expr_from_json
 from haverify.obligations.horizon import implied_end
 

@@ -9,7 +9,7 @@ from tests.unit.report.facts import HOSTILE, claim, finding, hostile, part, whol
 from haverify.report.as_html import as_html, quoted
 from haverify.report.figures.material import Material
 from haverify.report.html.prose import prose
-from haverify.report.report import Report
+from haverify.report.report import Report, Run
 
 EMPTY = Material()
 _VOID = {"meta"}
@@ -149,3 +149,17 @@ def test_doc_comments_are_a_safe_subset_of_markdown(text: str, html: str) -> Non
 )
 def test_words_of_commands_can_be_pasted(word: str, shown: str) -> None:
     assert quoted(word) == shown
+
+
+def test_a_run_of_a_system_tells_what_moves() -> None:
+    run = Run(
+        ["p.Idle, q.Idle", "p.Busy, q.Idle"], ["go"], ["0", "1", "2"], ["0", "1", "2"],
+        [{"n": "0"}] * 3, [{"n": "0"}] * 3, {}, {}, None,
+    )  # fmt: skip
+    text = page(whole(claim(run=run))).text
+    assert "go: p.Busy" in text
+    assert "A run that shows it" in text
+
+
+def test_only_findings_can_fail_a_page() -> None:
+    assert "All 1 claims are as expected; 1 error finding is new" in page(whole(claim(), findings=[finding()])).text

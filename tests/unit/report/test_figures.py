@@ -1,6 +1,7 @@
 """Figures: drawn from the core alone, right where it matters, absent where nothing can be drawn."""
 
 import json
+import pathlib
 import re
 from typing import Any
 from xml.etree import ElementTree
@@ -8,12 +9,16 @@ from xml.etree import ElementTree
 import pytest
 from tests.unit.report.facts import claim, margin, part, whole
 
+from haverify.model.core import canonical, to_core
 from haverify.report import report
 from haverify.report.figures import fuzzy, graphs, lanes, of_claims, orbits, plots, svg
 from haverify.report.figures.bands import bands
 from haverify.report.figures.evaluate import reads, scope
 from haverify.report.figures.material import Figure, Material, Undrawable
 from haverify.report.html.style import standalone
+from haverify.run.examine import read
+
+SAMPLE = pathlib.Path(__file__).parents[2] / "samples"
 
 X, Y = ["var", "x"], ["let", "y"]
 
@@ -88,6 +93,16 @@ def test_derivatives_and_differences_are_drawn() -> None:
     assert "der(y) [deg/s]" in figure.svg
     up, _ = polylines(figure, "curve")
     assert up[0][1] - up[-1][1] > 50
+
+
+def test_claims_over_time_show_the_levels_they_compare_with() -> None:
+    inner = ["eventually", "0", "1", ["<=", Y, "1/2"]]
+    stl = {"kind": "stl", "condition": ["globally", "0", "2", ["implies", ["jump", "again"], inner]]}
+    claims = [{"name": "low", "on": "A", "kind": "property", "goals": [stl]}]
+    figure = drawn(core(True, claims=claims), claim(verdict="refuted"))
+    assert len(polylines(figure, "bound")) == 2
+    assert not polylines(figure, "curve bad")
+    assert figure.caption == "what the values are compared with dashed"
 
 
 def test_jumps_are_marked_where_they_are_claimed_about() -> None:
@@ -286,7 +301,7 @@ def test_chained_systems_are_drawn_over_the_inputs_of_the_first() -> None:
     of = {"name": "a", "unit": "1", "low": None, "high": None, "source": ["F", "o"], "terms": []}
     rules = [{"name": "1", "output": "p", "premise": ["is", "a", "go"], "term": "on"}]
     second = system(name="G", inputs=[of], outputs=[{"name": "p", "terms": ["on"]}], rules=rules)
-    (chart,) = fuzzy.conclusions(Material({"fuzzy": [system(), second]}), second)
+    (chart,) = fuzzy.conclusions(fuzzy.chain(Material({"fuzzy": [system(), second]})), second)
     assert "over f and r" in chart.caption
 
 
@@ -311,3 +326,61 @@ def test_ticks_of_any_range_are_few() -> None:
 def test_a_rule_by_formula_has_no_orbits() -> None:
     with pytest.raises(Undrawable):
         orbits.of_rule(Material(), {**RULE, "rules": []})
+
+
+SAMPLES = {
+    "leg_ca": ["orbits_Partner"],
+    "push_recovery": ["modes_Push", "terms_FIS1", "map_FIS1_action", "map_FIS2_strategy", "map_Printed_verdict"],
+    "fischer": ["modes_Process"],
+    "gait": ["modes_Gait", "outputs_Gait"],
+}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_models_of_each_kind_have_their_figures(name: str) -> None:
+    spec, _, _ = read(str(SAMPLE / f"{name}.ha"))
+    assert spec is not None
+    figures = plots.of_model(Material(json.loads(canonical(to_core(spec)))))
+    assert [f.name for f in figures] == SAMPLES[name]
+    for f in figures:
+        ElementTree.fromstring(standalone(f.svg))
+
+
+JUNK = [None, True, [], {}, "", "x", "1/0", "1e999999", 5, [[]], ["let", "y"], ["^", ["var", "x"], "99"]]
+
+
+Path = tuple[Any, ...]
+
+
+def places(x: Any) -> list[Path]:
+    """The way to every place in nested lists and objects."""
+    keys = list(x) if isinstance(x, dict) else list(range(len(x))) if isinstance(x, list) else []
+    return [(k, *rest) for k in keys for rest in [(), *places(x[k])]]
+
+
+def put(x: Any, path: Path, value: Any) -> None:
+    for key in path[:-1]:
+        x = x[key]
+    x[path[-1]] = value
+
+
+CELLS = {"A": {"automaton": "A", "cells": [{"mode": "Up", "entry": {"x": ["0", "0"]}, "dwell": "1"}]}}
+CONDITION = ["implies", ["at", "Up"], ["<=", ["abs", ["der", Y]], ["*", "2", X]]]
+CORES = {
+    "automaton": (core(CONDITION).core, CELLS, JUNK),
+    "rule": ({"cellular": [RULE]}, {}, JUNK),
+    "fuzzy": ({"fuzzy": [system()]}, {}, JUNK[2:8:2]),
+}
+
+
+@pytest.mark.parametrize("name", CORES)
+def test_a_core_damaged_anywhere_stops_no_page(name: str) -> None:
+    text = json.dumps(CORES[name][:2])
+    told = whole(claim(parts=[part(mode="Up")]))
+    counts = set()
+    for k, path in enumerate(p for p in places(json.loads(text)) if len(p) > 1):
+        for junk in (CORES[name][2] * 3)[k % 5 :: 5][:4]:
+            both = json.loads(text)
+            put(both, path, junk)
+            counts.add(len(plots.every(told, Material(*both))))
+    assert len(counts) > 1

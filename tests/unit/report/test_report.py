@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from tests.unit.report.facts import hostile
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.evidence.verdict import Margin
@@ -164,6 +165,12 @@ def test_markdown_keeps_to_a_screen_and_puts_problems_first() -> None:
     assert len(text.splitlines()) < 48
     assert rows[1].startswith("| a\\|b | **refuted** |")
     assert "... and 71 more" in text
+
+
+def test_markdown_shows_hostile_texts_as_texts() -> None:
+    text = as_markdown(hostile())
+    assert "<script" not in text
+    assert not set("\x00\x1b\u202e") & set(text)
 
 
 def test_github_commands_escape_what_would_end_them() -> None:

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from haverify.analyses.clocked import Cells
 from haverify.analyses.margin import Low, least
-from haverify.analyses.placement import Tree
+from haverify.analyses.placement import Tree, written
 from haverify.analyses.poly_range import MANY, Ranges, Work, always, prove
 from haverify.analyses.questions import Question, Setting, questions
 from haverify.analyses.stuck import never_stuck
@@ -30,10 +30,13 @@ Q = Fraction
 
 @holder
 class Judged:
-    """A part on its cells: a tree for each where there is one, and the least margin with the cell that has it."""
+    """A part on its cells: a tree for each where there is one, and the least margin with the cell that has it.
+
+    The trees are in the order of the mode's cells; of an edge, None stands for a cell that it is not taken from.
+    """
 
     part: Part
-    trees: list[Tree] = field(default_factory=list)
+    trees: list[Tree | None] = field(default_factory=list)
     proved: bool = True
     low: Low | None = None
     cell: int | None = None
@@ -58,6 +61,7 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
         judged.proved = not bad
         judged.reason = f"a run may be stuck in mode {part.mode}" if bad else ""
         return judged
+    trees: dict[int, Tree] = {}
     for i, q in questions(setting, part, cells):
         judged.touched = True
         low = _note_margin(judged, i, q, setting.ranges) if with_margin and _has_margin(q) else None
@@ -68,7 +72,9 @@ def judge(setting: Setting, part: Part, cells: Cells, work: Work, with_margin: b
             judged.reason = judged.reason or reason_for(q, work)
             judged.question = judged.question or q
         else:
-            judged.trees.append(q.placement.tree(tree))
+            trees[i] = written(tree)
+    mode = setting.model.index[part.mode] if part.edge is None else setting.model.edge(part.edge).source
+    judged.trees = [trees.get(i) for i in cells.of_mode(mode)]
     return judged
 
 

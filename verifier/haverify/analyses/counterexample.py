@@ -61,6 +61,7 @@ class Explorer:
     timed: bool
     jumps: int | None = None
     kept: Formula = True  # assumptions on the state, over the variables of each mode
+    most: int = MOST_NODES
     nodes: list[Node] = field(default_factory=list)
     by_mode: dict[int, list[Node]] = field(default_factory=dict)
     _seen: set[object] = field(default_factory=set)
@@ -91,7 +92,7 @@ class Explorer:
     def _more(self) -> bool:
         if self._queue is None:
             self._queue = self._explore()
-        return len(self.nodes) < MOST_NODES and next(self._queue, None) is not None
+        return len(self.nodes) < self.most and next(self._queue, None) is not None
 
     def _explore(self) -> Iterator[Node]:
         for state in islice(self.motion.starts(), 64):

@@ -44,7 +44,7 @@ def _decided(spec: Spec, claim: Claim, goal: Goal, units: int) -> Held:
         assumed = (*spec.assumptions, *claim.assume)
         point = admissible(spec, claim.on, assumed)
         if point is None:
-            return Held(Unknown("vacuous", NO_POINT))
+            return Held(Unknown("vacuous", NO_POINT if ranges_of(spec, claim.on) else "what is assumed does not hold"))
         return _either(spec, claim, goal.condition, point, units)
     except (NotFiniteError, OutsideFragmentError) as e:
         return _outside(str(e))
@@ -73,7 +73,7 @@ def _enumerated(spec: Spec, claim: Claim, e: Expr, point: Point, units: int) -> 
     if truth is None:
         return Held(telling.undefined(e), text=telling.text(e))
     if truth and telling.is_vacuous(e):
-        return Held(Unknown("vacuous", "the premise is true for no cell", next_step="correct the premise"))
+        return Held(Unknown("vacuous", "the premise is never true", next_step="correct the premise"))
     path = _path(finite, e, truth)
     witness = tuple((name, finite.world.label(cell)) for name, cell in path)
     facts = () if truth else telling.facts(e)

@@ -48,8 +48,8 @@ def orbits(world: World, automaton: str) -> str:
     lengths = sorted(Counter(map(len, found.cycles)).items())
     cycles = ", ".join(f"{n} cycle{'s' * (n > 1)} of {k} cell{'s' * (k > 1)}" for k, n in lengths) or "no cycle"
     parts = [f"{automaton}: {len(world.steps(automaton))} cells, {cycles}"]
-    for what, cells in (("lead into a cycle or nowhere", found.tails), ("have none before them", found.unreached),
-                        ("have no next one", found.dead)):  # fmt: skip
+    for what, cells in (("on the way to a cycle or an end", found.tails), ("with none before", found.unreached),
+                        ("without a next one", found.dead)):  # fmt: skip
         if cells:
             named = ", ".join(world.label(c) for c in cells[:LISTED]) + (", ..." if len(cells) > LISTED else "")
             parts.append(f"{len(cells)} {what}: {named}")

@@ -14,7 +14,7 @@ from haverify.solvers.finite_world import Cell
 
 LISTED = 16
 _LONGEST = 160
-_TERMS = ("next", "apply", "field", "bound")
+_TERMS = ("next", "apply", "field")
 
 
 class Telling:
@@ -96,16 +96,20 @@ class Telling:
     # ---- what decides nothing ------------------------------------------------------------
 
     def is_vacuous(self, e: Expr) -> bool:
-        """Whether every part of a goal is an implication whose premise is true for no cell."""
+        """Whether each part of a goal is an implication whose premise is true for no cell, or no value.
+
+        A single implication about nothing that varies is not: it may be one of a family.
+        """
         parts = e.children if e.op == "and" else (e,)
-        return bool(parts) and all(self._is_empty(p) for p in parts)
+        varies = len(parts) > 1 or e.op == "forall"
+        return varies and all(self._is_empty(p) for p in parts)
 
     def _is_empty(self, e: Expr) -> bool:
         names: list[tuple[str, str]] = []
         while e.op == "forall":
             names.append((e.name, str(e.args[1])))
             (e,) = e.children
-        if not names or e.op != "implies":
+        if e.op != "implies":
             return False
         some = e.children[0]
         for name, of in reversed(names):

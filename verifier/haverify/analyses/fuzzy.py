@@ -81,6 +81,9 @@ def _decided(asked: Question, digest: str, nodes: int) -> Held:
         undefined, found = found, settle(denied(violates), asked.ranges, nodes)
         if not isinstance(found, dict):
             return Held(_undefined(asked, undefined))
+    found.update(
+        {v: high for v, (_, high) in asked.ranges.items() if not isinstance(violates, bool) and v not in violates.names}
+    )
     point = rounded(found, asked.ranges, lambda p: holds_at(violates, p))
     entry = {"kind": "point", "hash": digest, "point": _numbers(point)}
     witness, facts = told(asked.meaning, point)

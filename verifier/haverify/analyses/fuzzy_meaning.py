@@ -40,7 +40,7 @@ _WANT = "a claim on fuzzy systems"
 
 
 class Meaning:
-    """Truths and numbers of expressions; `ranges` and `units` are of the names met, `kinds` what they are."""
+    """Truths and numbers of expressions; `ranges`, `units`, `kinds` are of names met, `applied` the choices met."""
 
     def __init__(self, spec: Spec, on: str | None) -> None:
         self.spec, self.on = spec, on
@@ -48,9 +48,12 @@ class Meaning:
         self.ranges: dict[str, tuple[Fraction, Fraction]] = {}
         self.kinds: dict[str, str] = {}
         self.units: dict[str, Unit | None] = {}
+        self.applied: list[tuple[str, str, Inputs]] = []
         self._names: dict[str, Node] = {}
         self._constants = {c.name: c.value for c in spec.constants}
         self._numbers: dict[str, Fraction] = {}
+        self._truths: dict[tuple[Expr, bool], Truth] = {}  # so that equal parts are one node
+        self._words: dict[Expr, Words] = {}
 
     # ---- truths
 
@@ -69,7 +72,9 @@ class Meaning:
         if e.op == "if":
             c, a, b = e.children
             return either([both([self.truth(c), self.truth(a, wanted)]), both([self.denial(c), self.truth(b, wanted)])])
-        return self._comparison(e, wanted)
+        if (e, wanted) not in self._truths:
+            self._truths[e, wanted] = self._comparison(e, wanted)
+        return self._truths[e, wanted]
 
     def denial(self, e: Expr) -> Truth:
         """Where an expression is certainly false."""
@@ -103,10 +108,30 @@ class Meaning:
             cases = {
                 w: either([both([yes, left.get(w, False)]), both([no, right.get(w, False)])]) for w in {**left, **right}
             }
-            return cases, either([both([yes, known]), both([no, also])])
+            return cases, self._branched(c, known, also)
         if e.op == "fuzzy":
-            return self._chosen(e)
+            if e not in self._words:
+                self._words[e] = self._chosen(e)
+            return self._words[e]
         raise OutsideFragmentError(f"`{e.op}` where a value of an enumeration is meant")
+
+    def _branched(self, c: Expr, a: Truth, b: Truth) -> Truth:
+        """Where a choice is defined whose numbers are defined at `a` and at `b`."""
+        known = self._settled(c)
+        if all(x is True or x is known for x in (a, b)):
+            return known
+        return either([both([self.truth(c), a]), both([self.denial(c), b])])
+
+    def _settled(self, e: Expr) -> Truth:
+        """Where an expression is certainly true or certainly false."""
+        if e.op == "not":
+            return self._settled(e.children[0])
+        if e.op in ("==", "!=") and any(map(_is_word, e.children)):
+            parts = [p for p in (self.word(c)[1] for c in e.children) if p is not True]
+            return parts[0] if len(parts) == 1 else both(parts)
+        if e.op in _OPPOSITE:
+            return both([self.number(c)[1] for c in e.children])
+        return either([self.truth(e), self.denial(e)])
 
     def _chosen(self, e: Expr) -> Words:
         """The strongest term, of equally strong ones the first declared; none where no rule fires."""
@@ -114,6 +139,8 @@ class Meaning:
         assert isinstance(given, tuple)
         values = {v: self.number(x) for v, x in given}
         at = {v: x[0] for v, x in values.items()}
+        if (name, output, at) not in self.applied:
+            self.applied.append((name, output, at))
         terms = self.systems.outputs(name)[output]
         s = [self.systems.strength(name, output, t, at) for t in terms]
         best = self.systems.strength(name, output, None, at)
@@ -133,9 +160,8 @@ class Meaning:
             return self._tabled(e)
         if e.op == "if":
             c, *branches = e.children
-            yes, no = self.truth(c), self.denial(c)
             a, b = (self.number(x) for x in branches)
-            return choice(yes, a[0], b[0]), either([both([yes, a[1]]), both([no, b[1]])])
+            return choice(self.truth(c), a[0], b[0]), self._branched(c, a[1], b[1])
         values = [self.number(c) for c in e.children]
         return _applied(e, [v[0] for v in values]), both([v[1] for v in values])
 

@@ -107,6 +107,9 @@ class Systems:
         """The strength of a premise."""
         if e.op == "is":
             return self.degree(name, str(e.args[0]), str(e.args[1]), at)
+        return self._remembered(("premise", name, e), at, lambda: self._joined(name, e, at))
+
+    def _joined(self, name: str, e: Expr, at: Inputs) -> Node:
         parts = [self.premise(name, c, at) for c in e.children]
         return minus(ONE, parts[0]) if e.op == "not" else extreme("min" if e.op == "and" else "max", parts)
 

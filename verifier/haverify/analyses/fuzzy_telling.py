@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.analyses.fuzzy_meaning import Meaning
+from haverify.analyses.fuzzy_systems import Inputs
 from haverify.analyses.regions import value_at
 from haverify.maths.exact import people_text
 from haverify.model.unit import ONE, Unit
@@ -19,28 +20,34 @@ def quantity(q: Fraction, unit: Unit | None) -> str:
 
 
 def told(meaning: Meaning, point: Mapping[str, Fraction]) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
-    """Names with values, and for each system that the claim speaks of which of its rules fire, strongest first."""
+    """Names with values; which rules fire, strongest first, in the claim's own system and in each that it applies."""
     values = tuple((v, quantity(q, meaning.units[v])) for v, q in sorted(point.items()))
-    names = [meaning.on] if meaning.on in meaning.systems.by_name and meaning.on else []
-    facts = [firing(meaning, n, point) for n in names if set(meaning.systems.roots(n)) <= set(point)]
-    return values, tuple(facts)
+    facts = []
+    if meaning.on in meaning.systems.by_name and meaning.on and set(meaning.systems.roots(meaning.on)) <= set(point):
+        facts.append(firing(meaning, meaning.on, meaning.at(meaning.on), point))
+    facts += [_chosen(meaning, name, output, at, point) for name, output, at in meaning.applied]
+    return values, tuple(dict.fromkeys(facts))
 
 
-def firing(meaning: Meaning, name: str, point: Mapping[str, Fraction]) -> str:
-    """Which rules of a system fire at a point, and how strongly."""
-    at = meaning.at(name)
-    system = meaning.systems.system(name)
+def _chosen(meaning: Meaning, name: str, output: str, at: Inputs, point: Mapping[str, Fraction]) -> str:
+    """The value of an output for some inputs, and why."""
+    roots = meaning.systems.roots(name)
+    given = ", ".join(f"{v} = {quantity(value_at(n, point), roots[v].unit)}" for v, n in at.items())
+    terms = meaning.systems.outputs(name)[output]
+    found = [(-value_at(meaning.systems.strength(name, output, t, at), point), k) for k, t in enumerate(terms)]
+    is_any = found and min(found)[0] < 0
+    result = f"is {terms[min(found)[1]]}" if is_any else "has no value"
+    return f"{name}.{output}({given}) {result}: {firing(meaning, name, at, point)}"
+
+
+def firing(meaning: Meaning, name: str, at: Inputs, point: Mapping[str, Fraction]) -> str:
+    """Which rules of a system fire for some inputs, and how strongly."""
     found = []
-    for k, rule in enumerate(system.rules):
+    for k, rule in enumerate(meaning.systems.system(name).rules):
         strength = value_at(meaning.systems.premise(name, rule.premise, at), point)
         if strength > 0:
-            found.append((-strength, k, f"{rule_name(rule.name, k)} -> {rule.term} {people_text(strength)}"))
+            found.append((-strength, k, f"{rule.name or f'rule {k + 1}'} -> {rule.term} {people_text(strength)}"))
     if not found:
         return "no rule fires"
     shown = ", ".join(text for _, _, text in sorted(found)[:MOST])
     return shown + (f" and {len(found) - MOST} more" if len(found) > MOST else "")
-
-
-def rule_name(name: str, place: int) -> str:
-    """A rule's name, or its place in the list."""
-    return name or f"rule {place + 1}"

@@ -34,7 +34,7 @@ def decide_holds(spec: Spec, claim: Claim, core: Mapping[str, Json], units: int)
     """A claim whose goals are all `holds`: proved if all are, refuted if one is (LANGUAGE S26)."""
     found = [_goal(spec, claim, goal, core, units) for goal in claim.goals]
     parts = tuple(PartResult(i, "holds", "", "", h.text, h.verdict, facts=h.facts) for i, h in enumerate(found))
-    notes = tuple(n for h in found for n in h.notes)
+    notes = tuple(dict.fromkeys(n for h in found for n in h.notes))
     verdict = _combined(found)
     if isinstance(verdict, Unknown):
         return Evidence(verdict, parts, METHOD, notes=notes)

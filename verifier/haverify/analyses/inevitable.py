@@ -79,8 +79,9 @@ def leading(context: Context, setting: Setting, work: Work) -> Leading:
     cells = found.cells.cells
     cells.extend(starts(model, True, False))
     position = 0
+    most = setting.scaled(MOST)
     while position < len(cells) and not found.reason:
-        if len(cells) > MOST or not work.spend(1):
+        if len(cells) > most or not work.spend(1):
             found.reason = "too many cells before the goal is met"
         else:
             _follow(setting, found, position)
@@ -201,7 +202,7 @@ def missing_run(context: Context, setting: Setting) -> Run | None:
 
 def _search(setting: Setting, explorer: Explorer, first: Node, bound: Q) -> tuple[Node, Q] | None:
     stack, seen = [first], set[object]()
-    while stack and len(seen) < MOST // 4:
+    while stack and len(seen) < setting.scaled(MOST // 4):
         node = stack.pop()
         key = (node.state.mode, tuple(node.state.values.items()), node.state.time, node.step and node.step.edge)
         if key in seen:

@@ -1,4 +1,4 @@
-"""From the states of a cell to a box of independent unknowns, and back to the names that certificates use."""
+"""From the states of a cell to a box of independent unknowns, named as certificates name them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Tree = Any  # "b" | "u" | ["s", variable, q, Tree, Tree] | ["e", [variable, ...]
 class Placement:
     """A box of unknowns and what the variables of a formula are in terms of them.
 
-    The dwell `s` of the certificate is `(axis - origin) / slope`, where `axis` is the unknown that moves; it is a
-    variable of the state with a single entry value, where there is one, so that most polynomials stay as they are.
+    The scaled dwell is `(axis - origin) / slope`, where `axis` is the unknown that moves; it is the first variable of
+    the state with a single entry value, where there is one, so that most polynomials stay as they are, else `s`.
     """
 
     box: Mapping[str, tuple[Q, Q]]
@@ -40,22 +40,18 @@ class Placement:
         """The formula in the box's unknowns."""
         return transform(f, self.apply)
 
-    def tree(self, t: Tree) -> Tree:
-        """A proof on this box as one on the certificate's."""
-        if isinstance(t, str):
-            return t
-        if t[0] == "e":
-            return ["e", [DWELL if v == self.axis else v for v in t[1]], self.tree(t[2])]
-        _, v, q, left, right = t
-        left, right = self.tree(left), self.tree(right)
-        if v != self.axis:
-            return ["s", v, str(q), left, right]
-        cut = str((q - self.origin) / self.slope)
-        return ["s", DWELL, cut, left, right] if self.slope > 0 else ["s", DWELL, cut, right, left]
-
     def dwell(self, point: Mapping[str, Q]) -> Q:
         """The scaled dwell at a point of the box."""
         return Q(0) if self.axis is None else (point[self.axis] - self.origin) / self.slope
+
+
+def written(t: Tree) -> Tree:
+    """A proof as a certificate has it, with numbers as text."""
+    if isinstance(t, str):
+        return t
+    if t[0] == "e":
+        return ["e", t[1], written(t[2])]
+    return ["s", t[1], str(t[2]), written(t[3]), written(t[4])]
 
 
 def place(model: ClockModel, cell: Cell, out: Exit | None, extra: Mapping[str, tuple[Q, Q]]) -> Placement:

@@ -132,8 +132,9 @@ def _missing(spec: Spec, claim: Claim) -> str | None:
 def _decide(context: Context, claim: Claim, units: int) -> Evidence:
     answers: list[Answer] = []
     settings: list[Setting] = []
+    context.explorers.allow(Fraction(units, ENOUGH))
     for number, goal in enumerate(claim.goals):
-        setting = Setting(context.model, claim, goal, context.ranges)
+        setting = Setting(context.model, claim, goal, context.ranges, units=units)
         settings.append(setting)
         answers.append(_goal(context, setting, number, Work(units)))
     verdict = _combined(claim, answers)

@@ -64,13 +64,23 @@ def _range_text(setting: Setting, q: Question, e: Expr, p: Polynomial) -> str:
     suffix = f" {e.unit}" if e.unit is not None and e.unit != ONE else ""
     if p.constant is not None:
         at = ", ".join(values_at(setting.model, q, {})) if q.placement.axis is None else ""
-        return f"{name} is {decimal(p.constant)}{suffix}" + (f" at {at}" if at else "")
+        return f"{name} is {_named(setting, e, p.constant)}{suffix}" + (f" at {at}" if at else "")
     low = least(Literal("<=", -p), True, q.placement.box, setting.ranges)
     high = least(Literal("<=", p), True, q.placement.box, setting.ranges)
     if low is None or high is None:
         return ""
     first = f"{decimal(low.low)}{suffix}{_at(setting, q, low)}"
     return f"{name} runs from {first} to {decimal(-high.low)}{suffix}{_at(setting, q, high)}"
+
+
+def _named(setting: Setting, e: Expr, value: Fraction) -> str:
+    """A number, or the value of an enumeration that it stands for."""
+    automaton = setting.model.automaton
+    types = {v.name: v.type for v in automaton.vars}
+    types |= {o.name: o.type for lets in (automaton.lets, *(m.lets for m in automaton.modes)) for o in lets}
+    type_ = types.get(e.name) if e.op in ("let", "var") else None
+    enum = next((n for n in setting.model.spec.enums if n.name == type_ and n.low is None), None)
+    return enum.values[int(value)] if enum is not None else decimal(value)
 
 
 def _at(setting: Setting, q: Question, low: Low) -> str:

@@ -11,7 +11,7 @@ from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import CLOCK, ClockModel
 from haverify.analyses.clocked import Cells
 from haverify.analyses.placement import Placement, place
-from haverify.analyses.poly_range import Ranges
+from haverify.analyses.poly_range import ENOUGH, Ranges
 from haverify.maths.polynomial import variable
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
@@ -24,6 +24,7 @@ from haverify.obligations.translate import OutsideFragmentError, Scope
 from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
+FEW = 8
 
 
 @holder
@@ -39,6 +40,11 @@ class Setting:
     ranges: Ranges
     extra: Mapping[str, tuple[Q, Q]] = field(default_factory=dict)
     hash: str | None = None  # of the goal, once it is known
+    units: int = ENOUGH  # the work allowed for it
+
+    def scaled(self, usual: int) -> int:
+        """A limit for the work allowed, where `usual` is that for the usual amount; never less than a few."""
+        return max(FEW, usual * self.units // ENOUGH)
 
     def time_limit(self) -> Q | None:
         """The last instant that the goal speaks of, in s; None for all time."""

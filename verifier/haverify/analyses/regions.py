@@ -18,8 +18,9 @@ Terms = tuple[tuple[str, Fraction], ...]
 
 NUMBERS = frozenset({"lin", "sum", "min", "max", "if"})
 ORIGIN: End = (Fraction(0), 0)
+_UNIT = Fraction(1)
 _FEW = 9  # members of a minimum that are compared with each other
-_MANY = 120  # pairs of parts of two numbers that are compared
+_MANY = 12  # pairs of parts of two numbers that are compared
 
 
 class Node:
@@ -78,7 +79,11 @@ def _sum(line: Node, rest: list[tuple[Fraction, Node]]) -> Node:
 
 def minus(a: Node, b: Node) -> Node:
     """The difference."""
-    return combine([(Fraction(1), a), (Fraction(-1), b)])
+    if a.op == b.op == "lin" and not (a.names and b.names):
+        terms = a.parts[1] or tuple((v, -q) for v, q in b.parts[1])
+        constant = a.parts[0] - b.parts[0]
+        return Node("lin", (constant, terms), a.names or b.names, (constant, 0), (constant, 0))
+    return combine([(_UNIT, a), (-_UNIT, b)])
 
 
 def extreme(op: str, parts: Iterable[Node]) -> Node:
@@ -160,7 +165,7 @@ def added(ends: Iterable[Ends], constant: Fraction) -> Ends:
 
 def axis(name: str) -> Terms:
     """The direction of one name."""
-    return ((name, Fraction(1)),)
+    return ((name, _UNIT),)
 
 
 class Region:
@@ -172,6 +177,11 @@ class Region:
 
     def enclose(self, constant: Fraction, terms: Terms) -> Ends:
         """The ends of a linear number, from the axes and from its own direction."""
+        if len(terms) == 1:
+            v, q = terms[0]
+            (x, up), (y, down) = self.ends[axis(v)]
+            ends = (constant + q * x, up), (constant + q * y, down)
+            return ends if q > 0 else ((ends[1][0], -down), (ends[0][0], -up))
         low, high = added([scaled(q, *self.ends[axis(v)]) for v, q in terms], constant)
         if len(terms) > 1 and self.is_crossed:
             first = terms[0][1]
@@ -294,9 +304,11 @@ class Narrowing:
             return True
         if (a.low >= b.high) if strict else (a.low > b.high):
             return False
+        if _is_among(b, a) if strict else _is_among(a, b):
+            return not strict
         if a.size * b.size > _MANY:
             return None
-        if a.op in ("min", "max", "if"):
+        if a.op in ("max", "if") or (a.op == "min" and b.op != "min"):
             return _by_parts(a, (self.order(m, b, strict) for m in _alternatives(a)), a.op == "max")
         if b.op in ("min", "max", "if"):
             return _by_parts(b, (self.order(a, m, strict) for m in _alternatives(b)), b.op == "min")
@@ -310,6 +322,18 @@ def _chosen(n: Node, parts: Iterable[Truth]) -> Truth:
     """What holds of a choice, by what holds of its two numbers."""
     first, second = parts
     return either([both([n.parts[0], first]), both([denied(n.parts[0]), second])])
+
+
+def _is_among(a: Node, b: Node) -> bool:
+    """Is `a <= b` because the members of a minimum, or of a maximum, are among those of the other?"""
+    if a.op == "min" and b.op != "max":
+        return set(map(id, _members("min", b))) <= set(map(id, a.parts))
+    return b.op == "max" and set(map(id, _members("max", a))) <= set(map(id, b.parts))
+
+
+def _members(op: str, n: Node) -> tuple[Node, ...]:
+    parts: tuple[Node, ...] = n.parts if n.op == op else (n,)
+    return parts
 
 
 def _alternatives(n: Node) -> tuple[Node, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from haverify.analyses.regions import Node, Truth, holds_at
 
-FEW, MANY = 24, 400
+FEW, MANY = 24, 150
 Point = dict[str, Fraction]
 _SHARES = (Fraction(0), Fraction(1), Fraction(1, 2))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
@@ -16,8 +17,8 @@ Json = Any
 Cut = tuple[Terms, str, Fraction]  # a direction, `<=` or `<`, a number: the points below are on one side
 Point = dict[str, Fraction]
 Ranges = Mapping[str, tuple[Fraction, Fraction]]
-SHORT = 20_000  # nodes of the first search
-ENOUGH = 300  # places that are looked at for a cut
+PAUSE = 4_000  # nodes narrowed before many points are tried
+ENOUGH = 30  # places that are looked at for a cut
 DEEPEST = 250
 
 
@@ -27,18 +28,22 @@ class SpentError(Exception):
 
 @holder
 class Search:
-    """At most `left` nodes are narrowed; `false_on` is the region in which the truth fails, once found."""
+    """At most `left` nodes are narrowed; `found` is a point at which the truth fails, once there is one.
 
+    After `pause` nodes many points are tried: what fails on a large part is found so, what fails nowhere goes on.
+    """
+
+    truth: Truth
+    ranges: Ranges
     left: int
-    false_on: Region | None = None
+    pause: int = PAUSE
+    found: Point | None = None
 
     def tree(self, truth: Truth, region: Region, changed: frozenset[str] | None = None, depth: int = 0) -> Json:
-        """A tree as docs/core.md section 6 has it; None where the truth fails on a part, which is kept."""
+        """A tree as docs/core.md section 6 has it; None where the truth fails at a point, which is kept."""
         narrowing = Narrowing(region, changed)
         truth = narrowing.of(truth)
-        self.left -= 1 + len(narrowing.done)
-        if self.left < 0 or depth > DEEPEST:
-            raise SpentError
+        self._spend(1 + len(narrowing.done), depth)
         if truth is True:
             return "t"
         if truth is False:
@@ -48,15 +53,23 @@ class Search:
         branches = []
         for part in region.split(terms, relation, at):
             branches.append(self.tree(truth, part, names, depth + 1))
-            if self.false_on is not None:
+            if self.found is not None:
                 return None
         return [relation, [[v, rational_text(q)] for v, q in terms], rational_text(at), *branches]
 
+    def _spend(self, nodes: int, depth: int) -> None:
+        self.left -= nodes
+        if self.left < 0 or depth > DEEPEST:
+            raise SpentError
+        if 0 < self.pause <= nodes:
+            self.found = sample(denied(self.truth), self.ranges, MANY)
+        self.pause -= nodes
+
     def _empty(self, region: Region) -> Json:
-        found = solve(region)
-        if isinstance(found, list):
-            return ["f", [[k, rational_text(q)] for k, q in found]]
-        self.false_on = region
+        solution = solve(region)
+        if isinstance(solution, list):
+            return ["f", [[k, rational_text(q)] for k, q in solution]]
+        self.found = solution
         return None
 
 
@@ -114,9 +127,11 @@ def _between(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
     if not a.names or not b.names:
         yield from _crossings(a, b, strict)
         return
-    inner = [*_inside(a), *_inside(b)]
-    yield from inner
-    if not any(len(c[0]) == 1 for c in inner):
+    straight = False
+    for found in chain(_inside(a), _inside(b)):
+        straight = straight or len(found[0]) == 1
+        yield found
+    if not straight:
         yield from _crossings(a, b, strict)
 
 
@@ -187,35 +202,16 @@ def _orders(n: Node) -> Iterator[Cut]:
                 yield from _zero(minus(m, other))
 
 
-# ---- a point, or a tree ---------------------------------------------------------
-
-
-def point_of(region: Region) -> Point:
-    """A point of a region that is not empty."""
-    found = solve(region)
-    assert isinstance(found, dict), "the region is not empty"
-    return found
-
-
 def settle(truth: Truth, ranges: Ranges, nodes: int) -> Point | Json:
     """A point (a dictionary) of the box at which a truth fails, or a tree that shows it to hold.
-
-    A few points are tried, then a short search, then many points, then as long a search as `nodes` allows.
 
     Raises
     ------
     SpentError              where neither was found
     """
-    for tries, left in ((FEW, min(nodes, SHORT)), (MANY, nodes)):
-        found = sample(denied(truth), ranges, tries)
-        if found is not None:
-            return found
-        search = Search(left)
-        try:
-            tree = search.tree(truth, box(ranges))
-        except SpentError:
-            if left == nodes:
-                raise
-            continue
-        return tree if search.false_on is None else point_of(search.false_on)
-    raise SpentError
+    found = sample(denied(truth), ranges, FEW)
+    if found is not None:
+        return found
+    search = Search(truth, ranges, nodes)
+    tree = search.tree(truth, box(ranges))
+    return tree if search.found is None else search.found

@@ -6,7 +6,7 @@ share is proved, or a run in one of them violates the claim, or the budget is sp
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import islice
 from typing import Any
@@ -19,15 +19,16 @@ from haverify.analyses.goals import Answer, goal_hash, known_start, vacuous
 from haverify.analyses.motion import Motion
 from haverify.analyses.poly_range import Work, simple_between
 from haverify.analyses.questions import Setting
-from haverify.analyses.signals_cells import Reading, TooManyError, ways
+from haverify.analyses.signals_cells import Reading, TooManyError, Way, ways
 from haverify.analyses.signals_formula import Formula, formula_of
+from haverify.analyses.signals_margin import Pairs, robustness
 from haverify.analyses.signals_pieces import Item
-from haverify.analyses.signals_runs import MOST_RUNS, Followed, assumed, runs
+from haverify.analyses.signals_runs import Followed, assumed, runs
 from haverify.analyses.violation import on_params
 from haverify.evidence.certificate import run_json
 from haverify.evidence.evidence import PartResult
 from haverify.evidence.run import Run
-from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
 from haverify.model.expression import Expr, nodes, number
 from haverify.obligations.translate import OutsideFragmentError
@@ -35,7 +36,9 @@ from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 Json = Any
-FEW = 3  # runs looked at before a proof is sought
+FEW, AT_FIRST = 3, 1200  # runs looked at before a proof is sought, and jumps made for that
+FURTHER, SLOW = 300, 20  # jumps made in search of a run in a share that is not proved, and when little work is left
+SOME = 6  # choices of params for which a run's robustness is looked at
 LEAVES = 48  # shares of the params' and starts' ranges
 
 
@@ -74,34 +77,41 @@ class Search:
     roots: dict[object, Q] = field(default_factory=dict)
 
     @property
+    def first_runs(self) -> bool:
+        """Whether a run is likely: the order of proof and refutation decides nothing but the work."""
+        expected = self.setting.claim.expect
+        word = "refuted" if expected is None else expected.verdict
+        return (word == "refuted") is (self.setting.goal.kind == "stl")
+
+    @property
     def plain(self) -> tuple[tuple[Expr, Expr], ...]:
         """The atoms as they are."""
         return tuple((a, a) for a in self.stl.atoms)
 
-    def share(self, model: ClockModel) -> Share:
-        """Prove the formula on a share, or split it."""
+    def share(self, model: ClockModel, depth: int = 0) -> Share:
+        """Prove the formula on a share, or split it; now and then a run that violates it is looked for."""
         found = Share(model)
         self.leaves += 1
-        if self.leaves == 1:
-            self.run = self._violation(model, 1, FEW)
-            if self.run is not None:
-                return found
-        self._prove(found)
+        if depth == 0 and self.first_runs:
+            self.run = self._violation(model, Work(AT_FIRST), 1, FEW)
+        if self.run is None:
+            self._prove(found)
         if found.proved or self.run is not None:
             return found
-        self.run = self._violation(model)
-        cut = _widest(model, self.roots) if self.run is None and self.leaves < LEAVES and self.work.left > 0 else None
-        if cut is not None:
+        cut = _widest(model, self.roots) if self.leaves < LEAVES and self.work.left > 0 else None
+        if cut is None or depth % 3 == (0 if self.first_runs else 2):
+            self.run = self._violation(model, Work(max(SLOW, min(FURTHER, self.work.left))))
+        if cut is not None and self.run is None:
             found.cut = cut
-            lower = self.share(_half(model, cut, lower=True))
-            upper = [self.share(_half(model, cut, lower=False))] if lower.proved or lower.halves else []
+            lower = self.share(_half(model, cut, lower=True), depth + 1)
+            upper = [self.share(_half(model, cut, lower=False), depth + 1)] if lower.proved else []
             found.halves = (lower, *upper)
             found.proved = len(found.halves) == 2 and all(h.proved for h in found.halves)
         return found
 
     def _prove(self, found: Share) -> None:
         root = found.model is self.context.model
-        until = self.stl.horizon() * Q(17, 16) or Q(1)
+        until = self.stl.horizon * Q(17, 16) or Q(1)
         cells = self.context.cells(until) if root else explore(found.model, until)
         if cells.trouble is not None:
             self.trouble = cells.trouble
@@ -109,7 +119,7 @@ class Search:
         setting = replace(self.setting, model=found.model)
         reading = Reading(setting, cells, self.stl, self.plain, self.work)
         try:
-            bad = next((w for w in ways(reading) if reading.holds(w) is not True), None)
+            bad = next((w for w in self._met(reading) if reading.holds(w) is not True), None)
         except TooManyError as e:
             self.trouble = ("budget", str(e))
             return
@@ -118,14 +128,53 @@ class Search:
         else:
             self.trouble = ("budget", _told(cells, [v.cell for v in bad.visits], bad.lost))
 
-    def _violation(self, model: ClockModel, most: int = 32, each: int = MOST_RUNS) -> Followed | None:
+    def examples(self) -> Iterator[Followed]:
+        """One run for each of a few choices of params."""
+        model = self.context.model
+        for params in islice(choices(model, {}, on_params(self.setting)), SOME):
+            yield from islice(runs(Motion(model, params), self.stl.horizon, Work(AT_FIRST)), 1)
+
+    def margin(self, some: Iterable[Followed], found: Share) -> Margin | None:
+        """The robustness on some runs; where the formula is proved, with a bound for all runs."""
+        if self.setting.goal.kind != "stl":
+            return None
+
+        def everywhere(atoms: Pairs) -> bool:
+            return all(_kept(leaf, atoms) for leaf in leaves(found))
+
+        return robustness(self.stl, some, everywhere if found.proved else None, self.setting.ranges)
+
+    def _met(self, reading: Reading) -> Iterator[Way]:
+        """All ways, paid for."""
+        for n, way in enumerate(ways(reading)):
+            dwells = len(way.visits)
+            if not self.work.spend(1 + dwells * (dwells + 100) // 400):
+                raise TooManyError(f"the work for one claim is spent after {n} ways through the cells")
+            yield way
+
+    def _violation(self, model: ClockModel, jumps: Work, most: int = 24, each: int = 24) -> Followed | None:
         """A run in a share that violates the formula, for some choices of params and some runs for each."""
+        self.work.spend(jumps.left // 4)
         setting = replace(self.setting, model=model)
         for params in islice(choices(model, {}, on_params(setting)), most):
-            for run in islice(runs(Motion(model, params), self.stl.horizon()), each):
+            for run in islice(runs(Motion(model, params), self.stl.horizon, jumps), each):
                 if run.holds(self.stl, self.plain) is False and assumed(setting, run):
                     return run
         return None
+
+
+def leaves(share: Share) -> Iterator[Reading]:
+    """The shares that were proved as they are."""
+    if share.reading is not None:
+        yield share.reading
+    for half in share.halves:
+        yield from leaves(half)
+
+
+def _kept(reading: Reading, atoms: Pairs) -> bool:
+    """Whether the formula holds on all ways with other atoms."""
+    other = Reading(reading.setting, reading.cells, reading.stl, atoms, Work())
+    return all(other.holds(way) is True for way in ways(other))
 
 
 def _told(cells: Cells, visited: list[int], lost: bool) -> str:
@@ -153,13 +202,15 @@ def decide_signals(context: Context, setting: Setting, number_: int, work: Work)
         run = as_run(search.run)
         answer.entry = {"kind": "signals", "hash": digest, "run": run_json(run), "atoms": _walked(search.run, stl)}
         answer.verdict, answer.run = "refuted", run
+        answer.margin = search.margin([search.run], found)
     elif found.proved:
-        name = cells_name(context.automaton.name, *(stl.horizon() * Q(17, 16) or Q(1), None))
+        name = cells_name(context.automaton.name, *(stl.horizon * Q(17, 16) or Q(1), None))
         start_value = state_json(context.model, *start)
         answer.entry = {"kind": "signals", "hash": digest, "start": start_value, "tree": tree_json(found, name)}
         answer.verdict = "proved"
+        answer.margin = search.margin(search.examples(), found)
         if not found.halves:
-            answer.cells[name] = context.cells_value(context.cells(stl.horizon() * Q(17, 16) or Q(1)))
+            answer.cells[name] = context.cells_value(context.cells(stl.horizon * Q(17, 16) or Q(1)))
     else:
         kind, reason = search.trouble
         answer.unknown = Unknown(kind, f"{reason}, and no run that violates it was found")
@@ -170,7 +221,7 @@ def _told_as(setting: Setting, number_: int, answer: Answer) -> Answer:
     """The answer with its one part; of `can_always`, which the search denied, the other way round."""
     if setting.goal.kind == "can_always":
         answer.verdict = {"proved": "refuted", "refuted": "proved"}.get(answer.verdict, "unknown")
-    text = "a run keeps it" if setting.goal.kind == "can_always" else "the formula at the start of every run"
+    text = "that some run keeps it" if setting.goal.kind == "can_always" else "the formula at the start of every run"
     decided: dict[str, Verdict] = {"proved": Proved(answer.margin), "refuted": Refuted(answer.margin)}
     verdict = decided.get(answer.verdict) or answer.unknown
     assert verdict is not None, "what is not decided says why"

@@ -11,13 +11,14 @@ from haverify.analyses.bounds import Box, Interval, point
 from haverify.analyses.cell import Cell, Exit
 from haverify.analyses.clock_model import reads_time
 from haverify.analyses.clocked import Cells, start_box
-from haverify.analyses.placement import Placement, Tree, place
+from haverify.analyses.opening import certainly
+from haverify.analyses.placement import Placement, Tree, place, written
 from haverify.analyses.poly_range import Work
 from haverify.analyses.questions import Question, Setting, narrowed
 from haverify.analyses.signals_formula import Formula as Stl
 from haverify.analyses.signals_pieces import Item, divided, exact, merged, spans_of
 from haverify.analyses.signals_value import ZERO, Cut, Dwell, Signal, Spans, Timeline, at_start, common, joined
-from haverify.analyses.stuck import never_stuck
+from haverify.analyses.stuck import never_stuck, states
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.denial import denial
 from haverify.obligations.formula import Formula, conjunction, variables
@@ -29,6 +30,7 @@ from haverify.text.record import field, holder, record
 Q = Fraction
 Json = Any
 MOST_PATHS = 200
+AT_ONCE = 40  # jumps at one instant
 MOST_DWELLS = 3_000  # of all ways together
 EVENTS = frozenset({"jump", "jumped", "pre"})
 
@@ -98,7 +100,7 @@ class Reading:
     @property
     def reach(self) -> Q:
         """The scaled horizon."""
-        return self.stl.horizon() * self.rate[1]
+        return self.stl.horizon * self.rate[1]
 
     def _items(self, cell: Cell, last: Q, atom: Expr) -> list[Item]:
         model = self.setting.model
@@ -109,7 +111,7 @@ class Reading:
         placement = narrowed(place(model, cell, None, self.setting.extra), more)
         f, g = placement.place(yes), placement.place(no)
         if variables(f) | variables(g) <= {placement.axis, "pi"}:
-            return exact(f, g, placement, last)
+            return exact(f, g, placement, last, self.setting.ranges)
         premise = conjunction([model.mode(cell.mode).domain, more])
 
         def attempt(low: Q, high: Q) -> tuple[bool, Tree] | None:
@@ -121,7 +123,7 @@ class Reading:
         for body, value in ((yes, True), (no, False)):
             tree = tree_for(Question(body, premise, True, p), self.setting.ranges, self.work)
             if tree is not None:
-                return value, p.tree(tree)
+                return value, written(tree)
         return None
 
     def landing(self, i: int, k: int, atom: Expr) -> tuple[bool, Tree] | None:
@@ -220,6 +222,8 @@ def ways(reading: Reading) -> Iterator[Way]:
             yield way
         if spent > MOST_DWELLS or len(before) > MOST_DWELLS or count > MOST_PATHS:
             raise TooManyError(f"runs go more than {count} ways through {len(before)} dwells or more")
+        if len(before) >= AT_ONCE and not any(v.low for v in before[-AT_ONCE:]):
+            raise TooManyError(f"runs may make {AT_ONCE} jumps, or ever more, in no time")
         pending += reversed([(j, (i, k), (*before, Visit(i, entered, low, high)))
                              for k, low, high, j in onward(reading, i)])  # fmt: skip
 
@@ -228,11 +232,14 @@ def _ends(reading: Reading, i: int, entered: tuple[int, int] | None, before: tup
     """The ways that end in a cell: where the horizon passes, or where a run may have no way on."""
     cells, cell, length = reading.cells, reading.cells.cells[i], reading.length(i)
     assert cell.sigma is not None and cell.sigma.high is not None, "time is followed"
-    horizon = reading.stl.horizon()
+    horizon = reading.stl.horizon
     if cell.dwell is None or cell.sigma.high + cell.dwell > horizon * reading.rate[0]:
         yield Way((*before, Visit(i, entered, length, length)), False)
-    if _may_end(reading, cell) or not never_stuck(cells, i, horizon):
-        yield Way((*before, Visit(i, entered, Q(0), length)), True)
+    if _may_end(reading, cell) or not never_stuck(cells, i, cells.time):
+        kept = not cells.model.mode(cell.mode).terminal and certainly(
+            cells.model, cells.model.mode(cell.mode).domain, states(cells, i)
+        )
+        yield Way((*before, Visit(i, entered, length if kept else Q(0), length)), True)
 
 
 def _may_end(reading: Reading, cell: Cell) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cached_property
 
 from haverify.analyses.signals_value import Signal, Timeline, Window, both, denied, either, eventually, globally, until
 from haverify.model.expression import Expr, nodes
@@ -39,12 +40,15 @@ class Formula:
     atoms: tuple[Expr, ...]
     number: Callable[[Expr], Q]
 
-    def horizon(self, e: Expr | None = None) -> Q:
-        """How long after an instant the formula still looks, in s."""
-        e = self.whole if e is None else e
+    @cached_property
+    def horizon(self) -> Q:
+        """How long after the start the formula still looks, in s."""
+        return self._far(self.whole)
+
+    def _far(self, e: Expr) -> Q:
         if e.op in TEMPORAL:
-            return self.ends(e)[1] + max(self.horizon(c) for c in e.children[2:])
-        return max((self.horizon(c) for c in e.children), default=Q(0)) if is_temporal(e) else Q(0)
+            return self.ends(e)[1] + max(self._far(c) for c in e.children[2:])
+        return max((self._far(c) for c in e.children), default=Q(0)) if is_temporal(e) else Q(0)
 
     def ends(self, e: Expr) -> tuple[Q, Q]:
         """The window of a temporal operator."""
@@ -90,5 +94,5 @@ def formula_of(e: Expr, number: Callable[[Expr], Q]) -> Formula:
     OutsideFragmentError    where a temporal operator stands inside a comparison, or a window looks back
     """
     made = Formula(e, atoms_of(e), number)
-    made.horizon()
+    assert made.horizon >= 0, "windows do not look back"
     return made

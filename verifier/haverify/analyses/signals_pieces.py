@@ -7,15 +7,16 @@ from fractions import Fraction
 
 from haverify.analyses.clock_model import PI
 from haverify.analyses.placement import Placement, Tree
-from haverify.analyses.poly_range import pieces, simple_between
+from haverify.analyses.poly_range import Ranges, pieces, simple_between
 from haverify.analyses.signals_value import ZERO, Cut, Spans, joined, rest
 from haverify.maths import sturm
 from haverify.maths.univariate import primitive, sign_at, square_free
 from haverify.obligations.circle import stronger
-from haverify.obligations.formula import Formula, literals, negation
+from haverify.obligations.formula import Formula, Literal, by_bounds, literals, negation, truth
 from haverify.text.record import record
 
 Q = Fraction
+SHORT = 10**6  # denominators of roots that are looked for
 ATTEMPTS = 40  # proofs tried on one dwell
 
 
@@ -28,11 +29,12 @@ class Item:
     tree: Tree | None = None
 
 
-def where_true(f: Formula, v: str, ends: tuple[Q, Q]) -> tuple[Spans, Spans]:
+def where_true(f: Formula, v: str, ends: tuple[Q, Q], ranges: Ranges) -> tuple[Spans, Spans]:
     """Where a formula in one variable is true and where it is false; around a root that is no rational, neither."""
-    if isinstance(f, bool):
-        whole: Spans = (((ends[0], 0), (ends[1], 1)),)
-        return (whole, ()) if f else ((), whole)
+    whole: Spans = (((ends[0], 0), (ends[1], 1)),)
+    known = f if isinstance(f, bool) else throughout(f, v, ends, ranges)
+    if isinstance(known, bool):
+        return (whole, ()) if known else ((), whole)
     elements = pieces(f, ends)
     good: list[tuple[Cut, Cut]] = []
     bad: list[tuple[Cut, Cut]] = []
@@ -47,6 +49,16 @@ def where_true(f: Formula, v: str, ends: tuple[Q, Q]) -> tuple[Spans, Spans]:
             (good if holds else bad).append(((low, int(low < high)), (high, int(low == high))))
         at = (high, int(low == high))
     return joined(good), joined(bad)
+
+
+def throughout(f: Formula, v: str, ends: tuple[Q, Q], ranges: Ranges) -> bool | None:
+    """The truth of a formula on the whole interval, where the ranges of its polynomials decide it."""
+
+    def of(leaf: Literal) -> bool | None:
+        low, high = ranges.extremes(leaf.polynomial, {v: ends})
+        return by_bounds(leaf.op, low.low, high.high)
+
+    return truth(f, of)
 
 
 def _begin(elements: list[tuple[sturm.Piece, bool]], n: int, ends: tuple[Q, Q], f: Formula) -> Cut:
@@ -66,20 +78,23 @@ def _root(elements: list[tuple[sturm.Piece, bool]], n: int, f: Formula) -> tuple
         p = square_free(primitive(leaf.polynomial.dense()))
         if sign_at(p, place.low) != sign_at(p, place.high):
             fine = sturm.refine(p, place)
+            short = fine.middle.limit_denominator(SHORT)
+            if fine.low <= short <= fine.high and sign_at(p, short) == 0:
+                return short, short
             return fine.low, fine.high
     return place.low, place.high
 
 
-def exact(f: Formula, g: Formula, p: Placement, last: Q) -> list[Item]:
+def exact(f: Formula, g: Formula, p: Placement, last: Q, ranges: Ranges) -> list[Item]:
     """The truth where the dwell is the only unknown; `f` says where it is true, `g` where it is false."""
     if p.axis is None:
         return [Item((last, 1), True if f is True else False if g is True else None, "u")]
     v = p.axis
     ends = sorted((p.origin, p.origin + p.slope * last))
     f, g = stronger(f, PI), stronger(g, PI)
-    good, bad = where_true(f, v, (ends[0], ends[1]))
+    good, bad = where_true(f, v, (ends[0], ends[1]), ranges)
     if g != negation(f):
-        bad = where_true(g, v, (ends[0], ends[1]))[0]
+        bad = where_true(g, v, (ends[0], ends[1]), ranges)[0]
     return items(_dwells(good, p), _dwells(bad, p), (last, 1))
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from haverify.analyses.clock_model import PI
+from haverify.analyses.clock_model import PI, reads_time
 from haverify.analyses.counterexample import Explorer, Node
 from haverify.analyses.motion import NOW, Motion, State
+from haverify.analyses.poly_range import Ranges, Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.signals_cells import EVENTS
 from haverify.analyses.signals_formula import Formula as Stl
@@ -22,8 +23,6 @@ from haverify.obligations.spread import spread
 from haverify.text.record import field, holder
 
 Q = Fraction
-MOST_RUNS = 24
-MOST_JUMPS = 1_500
 TAIL = Q(1)  # s; a dwell that stands for all that follows the run
 
 
@@ -36,6 +35,7 @@ class Followed:
     node: Node
     last: Q
     horizon: Q
+    ranges: Ranges = field(default_factory=Ranges)
     nodes: list[Node] = field(default_factory=list)
     known: dict[Expr, list[list[Item]]] = field(default_factory=dict)
 
@@ -68,7 +68,15 @@ class Followed:
     def items(self, atom: Expr) -> list[list[Item]]:
         """The truth of an atom along each dwell, no jump being just made."""
         if atom not in self.known:
-            self.known[atom] = [self._along(n.state, d, atom) for n, d in zip(self.nodes, self.dwells(), strict=True)]
+            timed = reads_time(atom, self.motion.model.timed_lets)
+            alike: dict[object, list[Item]] = {}
+            listed = []
+            for n, last in zip(self.nodes, self.dwells(), strict=True):
+                key = (n.state.mode, tuple(n.state.values.values()), last, n.state.time if timed else None)
+                if key not in alike:
+                    alike[key] = self._along(n.state, last, atom)
+                listed.append(alike[key])
+            self.known[atom] = listed
         return self.known[atom]
 
     def _along(self, state: State, last: Q, atom: Expr) -> list[Item]:
@@ -76,9 +84,9 @@ class Followed:
         scope = model.timed_scope(state.mode)
         left = residual(atom, Situation(model.automaton.modes[state.mode].name))
         f, g = (self.motion.along(stronger(scope.formula(spread(e)), PI), state) for e in (left, denial(left)))
-        good, bad = where_true(f, NOW, (Q(0), last))
+        good, bad = where_true(f, NOW, (Q(0), last), self.ranges)
         if g != negation(f):
-            bad = where_true(g, NOW, (Q(0), last))[0]
+            bad = where_true(g, NOW, (Q(0), last), self.ranges)[0]
         return items(good, bad, (last, 1))
 
     def landing(self, n: int, atom: Expr) -> bool | None:
@@ -120,27 +128,33 @@ class Followed:
         return stl.value(self.timeline(), (Q(1), Q(1)), lambda n, up: self.signal(atoms[n][0 if up else 1]))
 
 
-def runs(motion: Motion, horizon: Q) -> Iterator[Followed]:
+def runs(motion: Motion, horizon: Q, work: Work) -> Iterator[Followed]:
     """Some runs past the horizon, or to where they are stuck, under the motion's params."""
     explorer = Explorer(motion, horizon + 1, True)
     stack = [Node(s, None, None) for s in _starts(motion)]
     stack.reverse()
-    jumps = found = 0
-    while stack and jumps < MOST_JUMPS and found < MOST_RUNS:
+    while stack and work.spend(1):
         node = stack.pop()
-        jumps += 1
         stay = motion.stay(node.state, explorer.view(node.state))
-        if stay is None:
+        if stay is None or _seen_before(node):
             continue
         left = horizon - node.state.time
         if stay[0] > left:
-            found += 1
             yield Followed(motion, node, left + min(stay[0] - left, Q(1)) / 2, horizon)
         children = [c for c in explorer.children(node) if c.step is not None and c.state.time <= horizon]
         if not children and stay[0] <= left:
-            found += 1
             yield Followed(motion, node, stay[0], horizon)
         stack.extend(reversed(children))
+
+
+def _seen_before(node: Node) -> bool:
+    """Whether the run was in the same state at the same instant before: it may go round for ever."""
+    here, state = node.parent, node.state
+    while here is not None and here.state.time == state.time:
+        if here.state.mode == state.mode and here.state.values == state.values:
+            return True
+        here = here.parent
+    return False
 
 
 def _starts(motion: Motion) -> list[State]:
@@ -161,7 +175,7 @@ def assumed(setting: Setting, run: Followed) -> bool:
     for n, dwell in zip(run.nodes, run.dwells(), strict=True):
         scope = run.motion.model.timed_scope(n.state.mode)
         f: Formula = run.motion.along(stronger(conjunction(scope.formula(a) for a in listed), PI), n.state)
-        good, _ = where_true(f, NOW, (Q(0), dwell))
+        good, _ = where_true(f, NOW, (Q(0), dwell), run.ranges)
         if good != ((ZERO, (dwell, 1)),):
             return False
     return True

@@ -21,21 +21,30 @@ from haverify.obligations.translate import Scope
 from haverify.text.record import field, holder
 
 Q = Fraction
+FEWEST = 8  # states that are followed whatever the budget
+EXPLORATIONS = 4  # whole explorations that one search for a run may come to, over all choices of params
 NEAR = 48  # nodes looked at for each choice of params before any is followed further
 
 
 @holder
 class Explorers:
-    """Explorations shared by the claims on one automaton."""
+    """Explorations shared by the claims on one automaton; `most` states are followed for one choice of params."""
 
     model: ClockModel
     known: dict[object, Explorer] = field(default_factory=dict)
+    most: int = MOST_NODES
+
+    def allow(self, share: Fraction) -> None:
+        """Let every exploration go as far as this share of the usual."""
+        self.most = max(FEWEST, int(MOST_NODES * share))
+        for explorer in self.known.values():
+            explorer.most = self.most
 
     def get(self, params: Mapping[str, Q], horizon: Q | None, jumps: int | None) -> Explorer:
         """The exploration for these params, up to a horizon."""
         key = (tuple(params.items()), horizon, jumps)
         if key not in self.known:
-            self.known[key] = Explorer(Motion(self.model, params), horizon, horizon is not None, jumps)
+            self.known[key] = Explorer(Motion(self.model, params), horizon, horizon is not None, jumps, most=self.most)
         return self.known[key]
 
 
@@ -141,10 +150,12 @@ def _bad_jumps(
 
 def meeting_run(setting: Setting, condition: Expr, explorers: Explorers, time: Q | None) -> Run | None:
     """A run to an instant at which the condition holds: first near the start, whatever the params, then further on."""
-    for most in (NEAR, MOST_NODES):
+    left = EXPLORATIONS * explorers.most
+    for most in (NEAR, explorers.most):
         for params in choices(setting.model, {}, on_params(setting)):
             explorer = explorers.get(params, time, _jump_limit(setting))
-            for node in islice(explorer.everywhere(), most):
+            for node in islice(explorer.everywhere(), min(most, left)):
+                left -= 1
                 for last in moments_met(setting, condition, explorer, node):
                     if keeps_assumptions(setting, explorer.motion, node, last):
                         return the_run(setting.model, node, params, last)

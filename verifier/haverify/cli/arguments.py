@@ -149,6 +149,7 @@ def _repair(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("files", nargs="+", metavar="FILE.ha", help="a spec")
     p.add_argument("-p", "--property", metavar="NAME", help="look at one claim (or family) only")
     p.add_argument("--accepted", action="store_true", help="do not spare what haverify.lock or @allow accepts")
+    p.add_argument("--budget", metavar="TIME", help="safety net for the search in the text (default 60s)")
     p.add_argument("--diff", action="store_true", help="print the changes as a difference for patch, nothing else")
     p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")

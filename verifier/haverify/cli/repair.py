@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from haverify.errors import UsageError
 from haverify.report.exit_codes import OK, UNREADABLE, WRONG, worst
 from haverify.run.examine import Examined, examine
 from haverify.run.pipeline import require_known
-from haverify.run.settings import settings
+from haverify.run.settings import Settings, duration, settings
 
 if TYPE_CHECKING:
     from haverify.repair.subject import Subject
@@ -31,14 +32,14 @@ def run(called: argparse.Namespace) -> int:
     codes = []
     for path in called.files:
         try:
-            codes.append(_one(path, Path(lock) if lock else None, called))
+            codes.append(_one(path, Path(lock) if lock else None, called, here))
         except UsageError as e:
             print(f"haverify: {e}", file=sys.stderr)
             codes.append(UNREADABLE)
     return worst(codes)
 
 
-def _one(path: str, lock: Path | None, called: argparse.Namespace) -> int:
+def _one(path: str, lock: Path | None, called: argparse.Namespace, here: Settings) -> int:
     from haverify.repair.repair import repair
     from haverify.repair.shown import as_diff, as_json, as_text
 
@@ -51,7 +52,9 @@ def _one(path: str, lock: Path | None, called: argparse.Namespace) -> int:
     if called.property is not None:
         require_known(path, called.property, [c.name for c in examined.spec.claims])
     subject, accepted = _subject(examined), _accepted(examined)
-    outcome = repair(subject, () if called.accepted else accepted, called.property)
+    end = time.monotonic() + float(duration(called.budget or here.budget or "60s"))
+    spared = () if called.accepted else accepted
+    outcome = repair(subject, spared, called.property, lambda: time.monotonic() < end)
     code = WRONG if outcome.proposals or outcome.left else OK
     if called.diff:
         put(as_diff(outcome, subject.text.sources))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from haverify.elaborate.calls import arguments
+from haverify.elaborate.cellular import Subject
 from haverify.elaborate.context import Context
 from haverify.elaborate.expressions import Env, denote, of_type, real, type_phrase, typed
 from haverify.elaborate.scope import Symbol, Typed
 from haverify.elaborate.units import plain, to_unit
-from haverify.model.cellular import Relation
 from haverify.model.expression import Expr
 from haverify.model.fuzzy import FuzzyController
 from haverify.model.tables import DataTable, Network
@@ -62,18 +62,26 @@ def _fuzzy(env: Env, callee: Symbol, node: t.Call) -> Typed:
 
 
 def _relation(env: Env, callee: Symbol, node: t.Call) -> Typed:
-    relation: Relation = callee.payload.relation
-    (argument,) = arguments(env, node, 1, relation.name)
-    value = _related_argument(env, relation, argument)
-    right = {b for _, b in relation.pairs}
-    return Typed(Expr("apply", (relation.name, value.expr), None, node.span), _enum_with(env.ctx, right, value.type))
+    subject: Subject = callee.payload
+    (argument,) = arguments(env, node, 1, callee.name)
+    value = _related_argument(env, subject, argument)
+    if value.type not in subject.right_of:
+        assert subject.relation is not None
+        right = {b for _, b in subject.relation.pairs}
+        subject.right_of[value.type] = _enum_with(env.ctx, right, value.type)
+    return Typed(Expr("apply", (callee.name, value.expr), None, node.span), subject.right_of[value.type])
 
 
-def _related_argument(env: Env, relation: Relation, node: t.Expr) -> Typed:
-    left = {a for a, _ in relation.pairs}
+def _related_argument(env: Env, subject: Subject, node: t.Expr) -> Typed:
+    relation = subject.relation
+    assert relation is not None
     value = typed(env, node)
-    if value.type not in env.ctx.enums or not left <= set(env.ctx.enums[value.type].values):
-        told = f"{relation.name} relates {', '.join(sorted(left)[:4])}, ...; this is {type_phrase(env.ctx, value.type)}"
+    if value.type not in subject.left_of:
+        enum = env.ctx.enums.get(value.type)
+        subject.left_of[value.type] = enum is not None and {a for a, _ in relation.pairs} <= set(enum.values)
+    if not subject.left_of[value.type]:
+        left = ", ".join(sorted({a for a, _ in relation.pairs})[:4])
+        told = f"{relation.name} relates {left}, ...; this is {type_phrase(env.ctx, value.type)}"
         env.ctx.fail("HA105", told, node.span)
     return value
 
@@ -102,7 +110,7 @@ def _is_related(env: Env, node: t.Call) -> Typed:
     found = denote(env, relation)
     if not isinstance(found, Symbol) or found.kind != "relation":
         env.ctx.fail("HA105", "related(R, a): R must be a relation", relation.span)
-    value = _related_argument(env, found.payload.relation, argument)
+    value = _related_argument(env, found.payload, argument)
     return Typed(Expr("related", (found.name, value.expr), None, node.span), "bool")
 
 

@@ -17,11 +17,12 @@ class CellSet:
     name: str
     first: EnumType
     second: EnumType
+    words: tuple[str, str]  # what the enumerations are called where the cells are declared
 
     @property
     def parts(self) -> dict[str, str]:
-        """The enumeration of each part, by the name of the part: that of the enumeration in small letters."""
-        return {self.first.name.lower(): self.first.name, self.second.name.lower(): self.second.name}
+        """The enumeration of each part, by the name of the part: what the enumeration is called, in small letters."""
+        return dict(zip((w.lower() for w in self.words), (self.first.name, self.second.name), strict=True))
 
 
 def codes(enum: EnumType) -> dict[str, str]:

@@ -13,7 +13,7 @@ from haverify.model.cellular import CellularAutomaton, Relation, Rule
 from haverify.model.expression import Expr
 from haverify.model.spec import EnumType
 from haverify.syntax import tree as t
-from haverify.text.record import holder
+from haverify.text.record import field, holder
 
 
 @holder
@@ -22,6 +22,8 @@ class Subject:
 
     scope: Scope
     relation: Relation | None = None
+    left_of: dict[str, bool] = field(default_factory=dict)  # enumerations that have, or lack, its left names
+    right_of: dict[str, str] = field(default_factory=dict)  # the enumeration of its images, by that of its left names
 
 
 def enter_cellular(entries: Entries, item: t.Item, decl: t.Cellular) -> None:
@@ -59,7 +61,7 @@ def _cells(env: Env, symbol: Symbol, line: t.CellLine) -> None:
     if first.name.lower() == second.name.lower():
         told = f"both parts of {symbol.name} would be called '{first.name.lower()}': two enumerations are needed"
         env.ctx.fail("HA105", told, line.span)
-    symbol.payload = CellSet(symbol.name, first, second)
+    symbol.payload = CellSet(symbol.name, first, second, (line.first, line.second))
 
 
 def _enum(env: Env, name: str, line: t.CellLine) -> EnumType:

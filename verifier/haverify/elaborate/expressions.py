@@ -329,7 +329,8 @@ def _field(env: Env, base: Typed, node: t.Member) -> Found:
     parts: dict[str, str] = env.ctx.use(symbol, node.span).payload.parts
     if node.name not in parts:
         env.ctx.unknown("part", node.name, cell, node.span, parts)
-    return Typed(Expr("field", (base.expr, node.name), None, node.span), parts[node.name])
+    enum = parts[node.name]
+    return Typed(Expr("field", (base.expr, enum.lower()), None, node.span), enum)
 
 
 def _column(env: Env, row: Row, node: t.Member) -> Found:

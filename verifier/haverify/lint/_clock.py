@@ -46,18 +46,23 @@ def model_of(facts: Facts, automaton: HybridAutomaton) -> ClockModel | None:
     return facts.remembered(("clock", automaton.name), compute)
 
 
-def cells_of(facts: Facts, automaton: HybridAutomaton) -> Cells | None:
-    """The cells that contain all runs, None where they are not known."""
+def explored(facts: Facts, automaton: HybridAutomaton) -> Cells | None:
+    """The cells as far as they were explored, with what troubles them; None where there are none."""
 
     def compute() -> Cells | None:
         model = model_of(facts, automaton)
         try:
-            found = explore(model) if model is not None else None
+            return explore(model) if model is not None else None
         except OutsideFragmentError:
             return None
-        return found if found is not None and found.trouble is None else None
 
     return facts.remembered(("cells", automaton.name), compute)
+
+
+def cells_of(facts: Facts, automaton: HybridAutomaton) -> Cells | None:
+    """The cells that contain all runs, None where they are not known."""
+    found = explored(facts, automaton)
+    return found if found is not None and found.trouble is None else None
 
 
 def dwelling(cells: Cells, mode: int, variable: str) -> Interval | None:

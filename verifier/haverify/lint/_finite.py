@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from haverify.lint._facts import Facts
 from haverify.model.cellular import CellularAutomaton
 from haverify.model.spec import Spec
-from haverify.solvers.finite_world import Cell, NotFiniteError, Step, World
+
+if TYPE_CHECKING:  # most specs have no rules: what reads them is loaded for those that do
+    from haverify.solvers.finite_world import Cell, Step, World
 
 NAMED = 4  # cells that are named in a message; all of them, up to `KEYED`, are in its key
 KEYED = 64
@@ -15,15 +18,20 @@ KEYED = 64
 
 def world_of(spec: Spec, facts: Facts) -> World:
     """The finite things of a spec, read once."""
+    from haverify.solvers.finite_world import World
+
     return facts.remembered("finite world", lambda: World(spec))
 
 
 def tables(spec: Spec, facts: Facts) -> Iterator[tuple[CellularAutomaton, dict[Cell, Step]]]:
     """Each automaton with what its lines say of each cell; without those whose codes clash."""
-    world = world_of(spec, facts)
+    if not spec.cellular:
+        return
+    from haverify.solvers.finite_world import NotFiniteError
+
     for automaton in spec.cellular:
         try:
-            yield automaton, world.steps(automaton.name)
+            yield automaton, world_of(spec, facts).steps(automaton.name)
         except NotFiniteError:
             continue
 

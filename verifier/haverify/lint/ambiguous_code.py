@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.elaborate.cells import codes
 from haverify.lint._facts import Facts
 from haverify.lint._registry import rule
 from haverify.model.spec import Spec
@@ -14,9 +13,11 @@ from haverify.model.spec import Spec
 @rule("HA506")
 def ambiguous_code(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """Codes that are written, and positions where nothing is written, if something is."""
-    for enum in spec.enums:
+    for enum in (e for e in spec.enums if any(e.codes)):
+        from haverify.elaborate.cells import codes
+
         named: dict[str, list[str]] = {}
-        for value, bits in codes(enum).items() if any(enum.codes) else ():
+        for value, bits in codes(enum).items():
             named.setdefault(bits, []).append(value)
         for bits, values in named.items():
             if len(values) > 1:

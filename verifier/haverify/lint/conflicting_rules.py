@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
@@ -10,17 +11,18 @@ from haverify.lint._finite import reader_name, tables, world_of
 from haverify.lint._registry import rule
 from haverify.model.cellular import CellularAutomaton
 from haverify.model.spec import Spec
-from haverify.solvers.finite_world import Cell, Step, World
+
+if TYPE_CHECKING:
+    from haverify.solvers.finite_world import Cell, Step, World
 
 
 @rule("HA502")
 def conflicting_rules(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """One finding for each cell; a formula beside rules is one more rule."""
-    world = world_of(spec, facts)
     for automaton, steps in tables(spec, facts):
         for cell, step in steps.items():
             if len(set(step.results)) > 1:
-                yield _finding(world, automaton, cell, step)
+                yield _finding(world_of(spec, facts), automaton, cell, step)
 
 
 def _finding(world: World, automaton: CellularAutomaton, cell: Cell, step: Step) -> Diagnostic:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.elaborate.notation import Notation
 from haverify.lint._facts import Facts
-from haverify.lint._finite import KEYED, listed, tables, world_of
+from haverify.lint._finite import KEYED, listed, world_of
 from haverify.lint._registry import rule
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr, nodes
 from haverify.model.spec import Spec
-from haverify.solvers.finite_truth import Env, Finite, Lanes
-from haverify.solvers.finite_world import NotFiniteError
 from haverify.text.record import record
+
+if TYPE_CHECKING:
+    from haverify.solvers.finite_truth import Env, Finite
 
 NAMED = 4
 
@@ -32,8 +33,11 @@ class Comparison:
 @rule("HA505")
 def disagreement(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """`forall c in Cell: P implies next(c).sub == Text(c.sub)` says that rules and relation describe the same."""
-    if not any(True for _ in tables(spec, facts)) and not spec.relations:
+    if not spec.cellular and not spec.relations:
         return
+    from haverify.solvers.finite_truth import Finite
+    from haverify.solvers.finite_world import NotFiniteError
+
     finite = Finite(world_of(spec, facts))
     for claim in spec.claims:
         found: dict[tuple[str, str], list[Comparison]] = {}
@@ -72,6 +76,8 @@ def _source(e: Expr) -> str | None:
 def _finding(
     spec: Spec, finite: Finite, claim: Claim, sources: tuple[str, str], compared: list[Comparison]
 ) -> Iterator[Diagnostic]:
+    from haverify.elaborate.notation import Notation
+
     write = Notation({(e.name, v): v for e in spec.enums for v in e.values}).text
     told, keys, count = [], [], 0
     for c in compared:
@@ -103,10 +109,6 @@ def _places(finite: Finite, c: Comparison) -> Iterator[Env]:
             yield {}
         return
     name, of = c.bound
-    cells = finite.world.cells(of).cells
-    where = Lanes((1 << len(cells)) - 1, 0, len(cells))
-    for p in c.premises:
-        where = where.joined(finite.body(Expr("forall", (name, of, p)), {}))
-    for k, cell in enumerate(cells):
-        if where.yes >> k & 1:
+    for cell in finite.world.cells(of).cells:
+        if all(finite.truth(p, {name: cell}) is True for p in c.premises):
             yield {name: cell}

@@ -14,12 +14,11 @@ from haverify.model.spec import Spec
 @rule("HA501")
 def partial_rules(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """One finding for each automaton; a formula that has no value for a cell leaves it without a next one too."""
-    world = world_of(spec, facts)
     for automaton, steps in tables(spec, facts):
         missing = [c for c, step in steps.items() if not step.results]
         if missing:
             what = "no value of next() for" if automaton.formula is not None else "no rule for"
-            named = [reader_name(world, c) for c in missing]
+            named = [reader_name(world_of(spec, facts), c) for c in missing]
             yield Diagnostic(
                 "HA501",
                 f"{automaton.name} is not total: {what} {listed(named)}",

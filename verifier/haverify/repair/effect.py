@@ -39,14 +39,25 @@ class Effect:
 def effect(before: Subject, after: Subject) -> Effect:
     """The difference between two subjects that are linted and decided."""
     both = [n for n in before.evidence if n in after.evidence]
-    gone = [k for k in before.findings if k not in after.findings]
-    come = [k for k in after.findings if k not in before.findings]
+    gone, come = _moved(before.findings, after.findings)
     mended = [n for n in both if not before.is_expected(n) and after.is_expected(n)]
     better = [n for n in both if _is_better(before, after, n)]
     fewer = [f"{n} ({p})" for n in both if n not in (*better, *mended) for p in _healed(before, after, n)]
     return Effect(
         tuple(gone), tuple(mended), tuple(fewer), tuple(better), tuple(_worse(before, after, both, better)), tuple(come)
     )
+
+
+def _moved(before: Iterable[str], after: Collection[str]) -> tuple[list[str], list[str]]:
+    """The findings gone and come; one that came for one gone with the same code is the same said of other values."""
+    gone = [k for k in before if k not in after]
+    come = [k for k in after if k not in set(before)]
+    for k in list(come):
+        same = next((g for g in gone if g.split(":")[0] == k.split(":")[0]), None)
+        if same is not None:
+            gone.remove(same)
+            come.remove(k)
+    return gone, come
 
 
 def _healed(before: Subject, after: Subject, name: str) -> list[str]:

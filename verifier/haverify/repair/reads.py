@@ -16,13 +16,14 @@ def touched(spec: Spec, constants: Iterable[str]) -> list[str]:
     return [c.name for c in spec.claims if changed & _read(c, automata.get(c.on or ""))]
 
 
+def stated(spec: Spec, claim: Claim) -> set[str]:
+    """The constants in what a claim says and in what moves its automaton, those of outputs left aside."""
+    automaton = next((a for a in spec.automata if a.name == claim.on), None)
+    return {n.name for e in _parts(claim, automaton) for n in nodes(e) if n.op == "const"}
+
+
 def _read(claim: Claim, automaton: HybridAutomaton | None) -> set[str]:
-    parts = [*(g.condition for g in claim.goals), *claim.assume]
-    parts += [e for g in claim.goals for e in (*(g.window or ()), *([g.within] if g.within else []))]
-    parts += [claim.time] if claim.time is not None else []
-    if automaton is not None:
-        parts += _dynamics(automaton)
-    found, seen, todo = set[str](), set[str](), parts
+    found, seen, todo = set[str](), set[str](), _parts(claim, automaton)
     while todo:
         here = [n for e in todo for n in nodes(e)]
         found |= {n.name for n in here if n.op == "const"}
@@ -30,6 +31,13 @@ def _read(claim: Claim, automaton: HybridAutomaton | None) -> set[str]:
         seen |= names
         todo = list(_lets(automaton, names)) if automaton is not None else []
     return found
+
+
+def _parts(claim: Claim, automaton: HybridAutomaton | None) -> list[Expr]:
+    parts = [*(g.condition for g in claim.goals), *claim.assume]
+    parts += [e for g in claim.goals for e in (*(g.window or ()), *([g.within] if g.within else []))]
+    parts += [claim.time] if claim.time is not None else []
+    return parts + (_dynamics(automaton) if automaton is not None else [])
 
 
 def _lets(automaton: HybridAutomaton, names: set[str]) -> Iterator[Expr]:

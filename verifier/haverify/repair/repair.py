@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 from haverify.diagnostics.diagnostic import Edit
+from haverify.evidence.verdict import Refuted
 from haverify.repair.bound_repairs import bound_repairs
 from haverify.repair.choice import Hopeless
 from haverify.repair.effect import Effect, effect
@@ -17,21 +18,28 @@ from haverify.report.gate import expected
 from haverify.text.record import record
 
 
-def repair(before: Subject, accepted: Collection[str], only: str | None = None) -> Outcome:
+def repair(
+    before: Subject, accepted: Collection[str], only: str | None = None, has_time: Callable[[], bool] = lambda: True
+) -> Outcome:
     """Proposals for what is wrong in a spec that is read and linted and has a meaning.
 
     `accepted` are the keys of findings that are on record with a reason. Those about the text stay as they are; those
     that table cells explain do not: what was copied wrongly is wrong, whatever is known of it. With `only`, what one
-    claim (or family) speaks of is looked at, and nothing else.
+    claim (or family) speaks of is looked at, and nothing else. The search in the text ends where `has_time` says no.
     """
     before.decide(before.claims)
-    trials, asked = Trials(before), _Asked(frozenset(before.findings) - frozenset(accepted), only)
+    trials, asked = (
+        Trials(before),
+        _Asked(frozenset(before.findings) - frozenset(accepted), frozenset(before.findings), only),
+    )
     proposals, hopeless = table_repairs(trials, only)
     if only is None:
         proposals += bound_repairs(trials, {n for p in proposals for n, _ in p.change.numbers})
     state = (trials.after([p.change for p in proposals]) if proposals else None) or before
-    search = TextSearch(trials)
-    proposals += search.search(asked.findings(state), asked.claims(state))
+    search = TextSearch(trials, has_time=has_time)
+    proposals += search.search(
+        [k for k in asked.findings(state) if k in before.findings], _unblamed(state, asked.claims(state), hopeless)
+    )
     state, together, kept = _together(trials, proposals)
     remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
     edits = _edits(kept)
@@ -46,10 +54,14 @@ class _Asked:
     """What is to be mended: findings of the spec as written that nobody accepted, claims that are not as expected."""
 
     open: frozenset[str]
+    known: frozenset[str]
     only: str | None
 
     def findings(self, subject: Subject) -> list[str]:
-        return [k for k in subject.findings if k in self.open] if self.only is None else []
+        """Those that are there, also where the same is said of other values now."""
+        moved = {k.split(":")[0] for k in self.open if k not in subject.findings}
+        there = [k for k in subject.findings if k in self.open or (k not in self.known and k.split(":")[0] in moved)]
+        return there if self.only is None else []
 
     def claims(self, subject: Subject) -> list[str]:
         return [n for n in subject.claims if self.is_about(n) and subject.broken(n)]
@@ -64,9 +76,26 @@ class _Asked:
             if not any(t.limit is not None and t.limit.is_firm and t.limit.claim in broken for t in h.troubles):
                 continue
             lines = ", ".join(f"{path}:{row}" for path, row in h.lines)
-            yield f"{lines}: no single change of a cell makes the row fit"
+            speaking = {t.limit.claim if t.limit else "" for t in h.troubles}
+            doubt = f"; or {speaking.pop()}, which alone speaks against it, is wrong" if len(speaking) == 1 else ""
+            yield f"{lines}: no single change of a cell makes the row fit{doubt}"
         yield from (f"finding {k}" for k in self.findings(subject))
         yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in broken)
+
+
+def _unblamed(subject: Subject, claims: Iterable[str], hopeless: Iterable[Hopeless]) -> list[str]:
+    """The claims that rows are not to blame for: rows beyond repair against which more than one claim speaks."""
+    rows: set[tuple[str, str]] = set()
+    for h in hopeless:
+        if len({t.limit.claim if t.limit else "" for t in h.troubles}) > 1:
+            rows |= {(mode, output) for t in h.troubles for _, mode, output in t.keys}
+    return [n for n in claims if not _all_in(subject, n, rows)]
+
+
+def _all_in(subject: Subject, name: str, rows: set[tuple[str, str]]) -> bool:
+    """Whether all violated parts of a claim are about these rows, in a mode or at an edge."""
+    parts = [p for p in subject.evidence[name].parts if isinstance(p.verdict, Refuted)]
+    return bool(parts) and all(any((m, p.output) in rows for m in p.where.split(" -> ")) for p in parts)
 
 
 def _edits(proposals: Iterable[Proposal]) -> tuple[Edit, ...]:

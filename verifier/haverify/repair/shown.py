@@ -7,7 +7,7 @@ from difflib import unified_diff
 from typing import Any
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Label
-from haverify.diagnostics.edits import edited
+from haverify.diagnostics.edits import edited, edited_source
 from haverify.diagnostics.render import places, where
 from haverify.repair.change import KINDS, Change
 from haverify.repair.effect import Effect
@@ -107,14 +107,16 @@ def as_diff(outcome: Outcome, sources: Sources) -> str:
     """All proposals as one unified difference, with the recorded hashes that follow."""
     found: list[str] = []
     for path in sorted({e.span.path for e in outcome.edits}):
-        old = sources[path].text
-        new = edited(old, [e for e in outcome.edits if e.span.path == path])
-        found += _lines(unified_diff(_split(old), _split(new), path, path))
+        old = sources[path]
+        new = edited_source(old, [e for e in outcome.edits if e.span.path == path])
+        found += _lines(unified_diff(_split(old.raw), _split(new.raw), path, path))
     return "".join(found)
 
 
-def _split(text: str) -> list[str]:
-    return text.splitlines(keepends=True)
+def _split(raw: bytes) -> list[str]:
+    """The lines of a file with their ends, byte order mark and carriage returns included."""
+    lines = [line + "\n" for line in raw.decode("utf-8").split("\n")]
+    return [*lines[:-1], *([lines[-1][:-1]] if lines[-1] != "\n" else [])]
 
 
 def _lines(difference: Iterable[str]) -> Iterator[str]:

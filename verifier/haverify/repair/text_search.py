@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from haverify.diagnostics.codes import severity
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.evidence.verdict import Refuted, Unknown
 from haverify.maths.exact import parse_decimal
+from haverify.repair.cells import cells_by_line, slips_of
 from haverify.repair.change import Change
 from haverify.repair.effect import Effect
 from haverify.repair.proposal import Proposal
+from haverify.repair.reads import stated
 from haverify.repair.subject import Subject
 from haverify.repair.suspects import claim_spans, finding_spans, model_spans
 from haverify.repair.trial import Trials
@@ -28,10 +30,16 @@ _COINCIDENT, _ANY = 4, 5
 """A change that helps only at one point, or in one way, is better evidence than a number that may be many others; of
 numbers those are likelier that the spec has elsewhere too."""
 
-_GENTLE = ("HA204", "HA205", "HA212", "HA213", "HA304", "HA305", "HA401", "HA404", "HA602", "HA604", "HA606")
+_GENTLE = (
+    *("HA204", "HA205", "HA212", "HA213", "HA304", "HA305", "HA401", "HA510", "HA511", "HA512", "HA513"),
+    *("HA514", "HA602", "HA604", "HA606"),
+)
 """Findings that other numbers would silence without being righter: only their own fix and strictness are tried."""
 
+_FAR = 4  # so many times as far from what is written, a number is less likely
+
 _NUMERAL = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_UNIT = re.compile(r"[ \t]*([A-Za-z%][\w/^*%]*)", re.ASCII)
 _IN_CLAIM, _IN_MODEL = Fraction(1, 4), Fraction(1)
 """Which share of the old violation the new margin may have, where a claim is changed and where the model is."""
 
@@ -54,7 +62,11 @@ class _Try:
 
     def rank(self, left: frozenset[str]) -> tuple[int, int, int]:
         other = _COINCIDENT if self.is_known else _ANY
-        return (-len(self.solves & left), _CLASS.get(self.change.kind, other), -len(self.effect.better))
+        return (
+            -len(self.solves & left),
+            _CLASS.get(self.change.kind, other),
+            -len(self.solves | {*self.effect.better}),
+        )
 
 
 @holder
@@ -64,6 +76,7 @@ class TextSearch:
     trials: Trials
     tried: list[_Try] = field(default_factory=list)
     seen: set[object] = field(default_factory=set)
+    has_time: Callable[[], bool] = lambda: True
     was_cut: bool = False
 
     def search(self, findings: Sequence[str], claims: Sequence[str]) -> list[Proposal]:
@@ -79,12 +92,13 @@ class TextSearch:
         return proposals
 
     def _stages(self, findings: Sequence[str], claims: Sequence[str]) -> Iterator[Iterator[_Candidate]]:
-        """What findings propose; the places of errors; those of warnings; what claims say; what they are about."""
+        """What findings propose; places of errors, of warnings; what claims say; cells they read; their models."""
         found = [self.trials.before.findings[k] for k in findings]
         yield (_Candidate(c) for d in found for c in self._proposed(d))
         for wanted in (Severity.ERROR, Severity.WARNING):
             yield (_Candidate(c) for d in found if severity(d) is wanted for c in self._of_finding(d))
         yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_spans(self._goals(n)))
+        yield (_Candidate(c, n, _IN_CLAIM) for n in claims for c in self._of_cells(n))
         before = self.trials.before
         about = {n: model_spans(before.text, before.claims[n]) for n in claims}
         yield (_Candidate(c, n) for n, spans in about.items() for c in self._of_spans(spans))
@@ -99,6 +113,16 @@ class TextSearch:
     def _of_finding(self, d: Diagnostic) -> Iterator[Change]:
         changes = self._of_spans(finding_spans(self.trials.before.text, d))
         return (c for c in changes if c.kind == "strictness" or d.code not in _GENTLE)
+
+    def _of_cells(self, name: str) -> Iterator[Change]:
+        """Slips in cells that a claim states or its automaton moves by: numbers as in the text, kept in a table."""
+        before = self.trials.before
+        assert before.spec is not None
+        wanted = stated(before.spec, before.claims[name])
+        places = (p for line in cells_by_line(before.spec).values() for p in line)
+        for place in places:
+            if any(c.constant in wanted for c in place):
+                yield from slips_of(place, before.text.sources)
 
     def _goals(self, name: str) -> list[Span]:
         before = self.trials.before
@@ -120,7 +144,7 @@ class TextSearch:
             known = any(t.change.edits == c.change.edits for t in self.tried)
             if known or (c.change.edits, c.claim) in self.seen:
                 continue
-            if (len(self.seen) + 1) * size > MOST_WORK:
+            if (len(self.seen) + 1) * size > MOST_WORK or not self.has_time():
                 self.was_cut = True
                 return
             self.seen.add((c.change.edits, c.claim))
@@ -142,20 +166,36 @@ class TextSearch:
             return False
         if c.claim is None:
             after.lint()
-            return after.has_meaning and before.findings.keys() > after.findings.keys()
+            return after.has_meaning and len(before.findings) > len(after.findings)
         if c.claim not in after.claims:
             return False
         after.decide([c.claim])
         if not after.is_expected(c.claim):
             return False
-        return c.change.kind in _CLASS or self._is_tight(after, c.claim, c.share)
+        return c.change.kind in _CLASS or self._is_tight(after, c, c.claim)
 
-    def _is_tight(self, after: Subject, name: str, share: Fraction) -> bool:
-        """Whether a claim says about what is then the case: far off the mark, a number makes it true by accident."""
+    def _is_tight(self, after: Subject, c: _Candidate, name: str) -> bool:
+        """Whether a claim says about what is then the case: far off the mark, a number makes it true by accident.
+
+        A bound of the claim itself moves by the violation and a share of it at most.
+        """
         now, then = (s.evidence[name].verdict for s in (self.trials.before, after))
         if isinstance(now, Unknown) or isinstance(then, Unknown):
             return False
-        return now.margin is None or then.margin is None or then.margin.low <= -now.margin.low * share
+        if now.margin is None or then.margin is None:
+            return True
+        if c.share == _IN_CLAIM and self._unit(c.change) == now.margin.unit:
+            return self._distance(c.change) <= -now.margin.low * (1 + c.share)
+        return then.margin.low <= -now.margin.low * c.share
+
+    def _unit(self, change: Change) -> str:
+        """The unit of a changed number: what stands behind it, in a table that of its column."""
+        first = change.edits[0].span
+        if change.numbers and self.trials.before.spec is not None:
+            units = {k.name: k.unit for k in self.trials.before.spec.constants}
+            return str(units.get(change.numbers[0][0]) or "")
+        found = _UNIT.match(self.trials.before.text.sources[first.path].text, first.end)
+        return found[1] if found else ""
 
     def _is_known(self, change: Change) -> bool:
         """Whether the new number stands elsewhere in the file, and is one that does not stand everywhere."""
@@ -167,6 +207,13 @@ class TextSearch:
         rest = text[: first.span.start] + " " + text[first.span.end :]
         return any(parse_decimal(m) == value for m in _NUMERAL.findall(rest))
 
+    def _distance(self, change: Change) -> Fraction:
+        """How far a changed number is from the one as written; 0 for other changes."""
+        first = change.edits[0]
+        old = parse_decimal(self.trials.before.text.sources[first.span.path].at(first.span))
+        new = parse_decimal(first.text)
+        return abs(new - old) if old is not None and new is not None and len(change.edits) == 1 else Fraction(0)
+
     # ---- choice ------------------------------------------------------------------
 
     def _chosen(self, problems: frozenset[str]) -> tuple[list[Proposal], frozenset[str]]:
@@ -175,8 +222,10 @@ class TextSearch:
         while helpful := [t for t in self.tried if t.solves & left]:
             ranks = {id(t): t.rank(left) for t in helpful}
             best = min(ranks.values())
-            first, *others = sorted((t for t in helpful if ranks[id(t)] == best), key=lambda t: t.change.order())
-            equals = [t.change for t in others if t.solves & left == first.solves & left]
+            tied = [t for t in helpful if ranks[id(t)] == best]
+            near = min(self._distance(t.change) for t in tied) * _FAR
+            first, *others = sorted(tied, key=lambda t: (self._distance(t.change) > near, t.change.order()))
+            equals = [t.change for t in others if t.solves == first.solves]
             found.append(Proposal(first.change, first.effect, (), tuple(equals[:MOST_SHOWN]), len(equals[MOST_SHOWN:])))
             left -= first.solves
         return found, left

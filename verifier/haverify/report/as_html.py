@@ -14,6 +14,7 @@ from haverify.report.figures.of_claims import of_claim
 from haverify.report.html.claims import badge, claim_section, figure
 from haverify.report.html.element import Html, cell, element, joined, table
 from haverify.report.html.findings import findings_section
+from haverify.report.html.prose import inline
 from haverify.report.html.style import page_css
 from haverify.report.markup import clipped, escape
 from haverify.report.report import Claim, Report
@@ -21,6 +22,7 @@ from haverify.report.terminal import with_unit
 
 _CLAIMS = 860_000  # bytes of the page up to which claims are told of in full
 _FIGURES = 600_000  # and up to which they have figures
+_FULL = 850_000  # from here on nothing more is tried
 _ROWS, _INPUTS = 400, 60
 
 _ROUNDING = {"proved": "holds", "refuted": "violated", "unknown": "unknown"}
@@ -53,6 +55,8 @@ def _header(r: Report) -> Html:
     text = f"All {len(r.claims)} claims are as expected" if r.claims else "No claim was decided"
     if wrong:
         text = f"{len(wrong)} of {len(r.claims)} claims {'is' if len(wrong) == 1 else 'are'} not as expected"
+    if s.errors and not wrong:
+        text += f"; {s.errors} error finding{'s are' if s.errors > 1 else ' is'} new"
     text = text if r.complete else f"Incomplete: the run was interrupted. {text}"
     meaning = element("small", f"exit code {s.exit_code}: {MEANING.get(s.exit_code, 'failed')}")
     checked = sum(c.trust == "checked" for c in r.claims)
@@ -73,7 +77,8 @@ def _verdicts(r: Report, anchors: Mapping[str, str]) -> Html:
         return Html("")
     ordered = sorted(r.claims, key=lambda c: c.ok)
     has_rounding = any(c.rounding for c in r.claims)
-    head = ["claim", "verdict", "expected", "margin", *(["rounding"] if has_rounding else []), "trust", "time"]
+    remark = "margin" if any(c.margin for c in r.claims) else "remark"
+    head = ["claim", "verdict", "expected", remark, *(["rounding"] if has_rounding else []), "trust", "time"]
     rows = [_row(c, anchors, has_rounding) for c in ordered[:_ROWS]]
     blocks = [element("h2", "Claims"), table(head, rows, "claims")]
     left = len(ordered) - len(rows)
@@ -88,7 +93,7 @@ def _row(c: Claim, anchors: Mapping[str, str], has_rounding: bool) -> list[Html]
     cells = [cell(name, kind="text"), cell(badge(c.verdict, f"{c.verdict} {known}".strip()))]
     cells.append(cell(expected, kind="wanted" if c.ok else ""))
     at = element("span", f" at {c.margin.at}", kind="soft small") if c.margin and c.margin.at else Html("")
-    why = element("div", clipped(c.because, 160), kind="soft small") if c.because and c.ok else Html("")
+    why = element("div", inline(clipped(c.because, 160)), kind="soft small") if c.because and c.ok else Html("")
     cells.append(cell(with_unit(c.margin) if c.margin else "", at, why, kind="room"))
     cells += [cell(_ROUNDING[c.rounding.verdict] if c.rounding else "", kind="n rounding")] if has_rounding else []
     return [*cells, cell(c.trust or "", kind="n"), cell(f"{c.wall_s:.2f} s", kind="time")]
@@ -104,6 +109,8 @@ def _claims(r: Report, anchors: Mapping[str, str], material: Material, used: int
     """The sections of the claims in order, as many as fit; those not as expected are the last to be left out."""
     kept: dict[str, Html] = {}
     for c in sorted(r.claims, key=lambda c: c.ok):
+        if used > _FULL:
+            break
         drawn = of_claim(material, c) if used < _FIGURES else []
         section = claim_section(c, anchors[c.name], drawn, _command(r, c))
         size = len(section.encode("utf-8", "replace"))

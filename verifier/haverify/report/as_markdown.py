@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from haverify.report.exit_codes import MEANING
+from haverify.report.markup import visible
 from haverify.report.report import Claim, Report
 from haverify.report.terminal import with_unit
 
@@ -16,7 +17,7 @@ def as_markdown(report: Report) -> str:
     if not report.complete:
         lines += ["**Incomplete: the run was interrupted.**", ""]
     lines += [
-        f"`{report.spec}`: {s.proved} proved, {s.refuted} refuted, {s.unknown} unknown; "
+        f"{_cell(report.spec)}: {s.proved} proved, {s.refuted} refuted, {s.unknown} unknown; "
         f"{s.ok} of {len(report.claims)} as expected; {s.errors} errors, {s.warnings} warnings.",
         f"Exit code {s.exit_code}: {MEANING[s.exit_code]}.",
         "",
@@ -42,7 +43,7 @@ def _row(c: Claim) -> str:
 
 def _cell(text: str) -> str:
     """A text within a line or a cell of a table; what would be markup there is written as it reads."""
-    plain = " ".join(text.split())
+    plain = visible(" ".join(text.split()))
     for sign, written in (("&", "&amp;"), ("<", "&lt;"), ("|", "\\|"), ("`", "\\`")):
         plain = plain.replace(sign, written)
     return plain

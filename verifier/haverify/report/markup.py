@@ -6,9 +6,9 @@ _SIGNS = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#39;"}
 
 # What XML 1.0 has no place for: control characters but tab and line ends, halves of pairs, two that are no characters.
 _FOREIGN = [*range(9), 11, 12, *range(14, 32), *range(127, 160), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF]
-_TABLE = {ord(sign): text for sign, text in _SIGNS.items()} | dict.fromkeys(_FOREIGN, "\N{REPLACEMENT CHARACTER}")
 _TURNS = [*range(0x202A, 0x202F), *range(0x2066, 0x206A)]  # they would reorder the text around them
-_TABLE |= dict.fromkeys(_TURNS, "\N{REPLACEMENT CHARACTER}")
+_UNSEEN = dict.fromkeys([*_FOREIGN, *_TURNS], "\N{REPLACEMENT CHARACTER}")
+_TABLE = {ord(sign): text for sign, text in _SIGNS.items()} | _UNSEEN
 
 
 def escape(text: str) -> str:
@@ -18,6 +18,11 @@ def escape(text: str) -> str:
     'a &lt; b &amp; &quot;c&quot;\N{REPLACEMENT CHARACTER}'
     """
     return text.translate(_TABLE)
+
+
+def visible(text: str) -> str:
+    """`text` with a sign for each character that would be obeyed rather than shown."""
+    return text.translate(_UNSEEN)
 
 
 def clipped(text: str, most: int) -> str:

@@ -122,6 +122,8 @@ class Rounding:
 class Run:
     """A run: modes in order, the instant each is entered and the last instant, the state at each of these instants.
 
+    `states` are exact: a truth value is 0 or 1, a value of an enumeration the number it counts as (its position from
+    0, or the integer itself). `states_decimal` is for people: rounded decimals, and names where values have names.
     `units` has the unit of each variable and param that has one; times are in s.
     """
 

@@ -12,6 +12,7 @@ from haverify.model.spec import Spec
 from haverify.model.system import System
 from haverify.report import report
 from haverify.report.numbers import decimal
+from haverify.report.values import shown
 
 
 def describe_trace(spec: Spec, system: str, run: NetworkRun, violation: str | None) -> report.Run:
@@ -30,20 +31,12 @@ def describe_trace(spec: Spec, system: str, run: NetworkRun, violation: str | No
         edges=[m.names[0] for m in run.moments[1:]],
         times=[rational_text(t) for t in times],
         times_decimal=[decimal(t) for t in times],
-        states=[{n: _value(spec, variables[n], q, rational_text(q)) for n, q in s.items()} for s in states],
-        states_decimal=[{n: _value(spec, variables[n], q, decimal(q)) for n, q in s.items()} for s in states],
+        states=[{n: rational_text(q) for n, q in s.items()} for s in states],
+        states_decimal=[{n: shown(spec, variables[n], q) for n, q in s.items()} for s in states],
         params={},
         units={n: str(v.unit) for n, v in variables.items() if v.unit is not None and str(v.unit) != "1"},
         violation=violation,
     )
-
-
-def _value(spec: Spec, v: Variable, q: Fraction, text: str) -> str:
-    """A number as text; the name of a truth value or of a value of an enumeration."""
-    if v.type == "bool":
-        return "true" if q else "false"
-    enum = next((e for e in spec.enums if e.name == v.type), None)
-    return enum.values[int(q)] if enum is not None and enum.low is None else text
 
 
 def _variables(spec: Spec, name: str, prefix: str) -> Iterator[tuple[str, Variable]]:

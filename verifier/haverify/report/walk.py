@@ -16,6 +16,7 @@ from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.report import report
 from haverify.report.numbers import decimal
+from haverify.report.values import shown
 from haverify.text.record import record
 
 State = dict[str, Fraction]
@@ -49,7 +50,9 @@ def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | 
         _advance(spec, automaton, run, run.last, modes[-1], times, states)
     except (_NotExact, ZeroDivisionError, IndexError, KeyError):
         times, states = times[: len(modes)], states[: len(modes)]
-    return _shown(modes, edges, times, states, run, _units(spec, automaton), violation)
+    variables = {v.name: v for v in automaton.vars}
+    told = [{name: shown(spec, variables[name], q) for name, q in state.items()} for state in states]
+    return _shown(modes, edges, times, states, told, run, _units(spec, automaton), violation)
 
 
 def _units(spec: Spec, automaton: HybridAutomaton) -> dict[str, str]:
@@ -64,6 +67,7 @@ def _shown(
     edges: list[str],
     times: list[Fraction],
     states: list[State],
+    told: list[dict[str, str]],
     run: Run,
     units: dict[str, str],
     violation: str | None,
@@ -74,7 +78,7 @@ def _shown(
         times=[rational_text(t) for t in times],
         times_decimal=[decimal(t) for t in times],
         states=[{name: rational_text(q) for name, q in state.items()} for state in states],
-        states_decimal=[{name: decimal(q) for name, q in state.items()} for state in states],
+        states_decimal=told,
         params={name: rational_text(q) for name, q in run.params},
         units={name: unit for name, unit in units.items() if name in states[0] or name in dict(run.params)},
         violation=violation,

@@ -143,7 +143,7 @@ class Finite:
         if e.op in ("==", "!=") and any(name not in self.free(c) for c in e.children):
             same = self._same(e, env, name, of)
             return same if e.op == "==" else same.flipped()
-        key = id(e), of, *((n, env[n]) for n in sorted(self.free(e) - {name}))
+        key = "lanes", id(e), name, of, *((n, env[n]) for n in sorted(self.free(e) - {name}))
         if key not in self._known:
             self._known[key] = lanes_of([self.truth(e, {**env, name: c}) for c in cells])
         found: Lanes = self._known[key]
@@ -161,7 +161,7 @@ class Finite:
 
     def _places(self, e: Expr, env: Env, name: str, of: str) -> tuple[dict[Value, int], int]:
         """For which cells a term has each of its values, and for which it has one."""
-        key = "places", id(e), of, *((n, env[n]) for n in sorted(self.free(e) - {name}))
+        key = "places", id(e), name, of, *((n, env[n]) for n in sorted(self.free(e) - {name}))
         if key not in self._known:
             values = [self.value(e, {**env, name: c}) for c in self.world.cells(of).cells]
             bits: dict[Value, int] = {}

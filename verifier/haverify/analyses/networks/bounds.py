@@ -61,15 +61,21 @@ def _raise(table: dict[int, int], clock: int, c: int) -> None:
 
 @holder
 class Bounds:
-    """The marks of a network; bounds in `claims` count everywhere, with `both_ways` each as one of either kind."""
+    """The marks of a network; bounds in `claims` count everywhere, with `both_ways` each as one of either kind.
+
+    `is_exact`: nothing may be forgotten.
+    """
 
     network: Network
     claims: tuple[Json, ...]
     both_ways: bool
+    is_exact: bool = False
     _known: dict[State, tuple[list[int | None], list[int | None]]] = field(default_factory=dict)
 
     def of(self, s: State) -> tuple[list[int | None], list[int | None]]:
         """Lower and upper marks of all clocks in a discrete state; None: not compared any more."""
+        if self.is_exact:
+            return [1 << 50] * self.network.space.n, [1 << 50] * self.network.space.n
         key = s[: len(self.network.automata)]
         if key not in self._known:
             marks = Marks()

@@ -10,10 +10,10 @@ from typing import Any
 from haverify.analyses.networks.explore import Exploration
 from haverify.analyses.networks.network import Dwell, Move, Network
 from haverify.analyses.networks.starts import starts
-from haverify.analyses.networks.terms import TIME, State
+from haverify.analyses.networks.terms import State
 from haverify.analyses.networks.zones import FREE, Zone
 from haverify.evidence.network_run import Moment, NetworkRun
-from haverify.text.record import holder, record
+from haverify.text.record import holder, record, replace
 
 Point = dict[int, Fraction]  # clock -> value, clock 0 -> 0
 Cut = tuple[Fraction, bool]  # an end of an interval, and whether it is left out
@@ -69,7 +69,7 @@ def _walks(exploration: Exploration, keys: Sequence[Any], end: End) -> Iterator[
 def _stages(exploration: Exploration, m: Move | None, before: Zone | None, s: State, landed: Zone) -> Iterator[Stage]:
     for d in exploration.network.dwells(s, landed):
         for z in exploration.network.space.meet(d.reached, exploration.limit):
-            yield Stage(m, before, s, Dwell(d.landed, z))
+            yield Stage(m, before, s, replace(d, reached=z))
 
 
 @holder
@@ -118,15 +118,16 @@ class _Chosen:
         return self._round(max(lows), _least(highs))
 
     def _point(self, z: Zone, fixed: Mapping[int, Fraction]) -> Point:
-        """A point of a zone with the fixed values, its others low and round."""
+        """A point of a zone with the fixed values: clocks are as equal, that is set at as few instants, as may be."""
         n, point = self.network.space.n, {0: Fraction(0), **fixed}
         order = [c for c in range(1, n) if c not in point]
-        for c in sorted(order, key=lambda c: c != self.network.clocks.get(TIME)):
+        for c in sorted(order, key=lambda c: -(z[c] >> 1) if z[c] != FREE else -FREE, reverse=True):
             lows = [(x - (z[j * n + c] >> 1), not z[j * n + c] & 1) for j, x in point.items() if z[j * n + c] != FREE]
             highs = [(x + (z[c * n + j] >> 1), not z[c * n + j] & 1) for j, x in point.items() if z[c * n + j] != FREE]
             high = _least(highs)
             low = max(lows) if lows else (Fraction(0), False) if high is None else (high[0] - self.network.scale, False)
-            point[c] = self._round(low, high)
+            equal = [x for k, x in point.items() if k and _is_between(low, x, high)]
+            point[c] = max(equal) if equal else self._round(low, high)
         return point
 
     def _round(self, low: Cut, high: Cut | None) -> Fraction:
@@ -141,6 +142,11 @@ class _Chosen:
                 return q
         assert b is not None
         return _simplest(a, b)
+
+
+def _is_between(low: Cut, x: Fraction, high: Cut | None) -> bool:
+    is_above = low[0] < x or (low[0] == x and not low[1])
+    return is_above and (high is None or x < high[0] or (x == high[0] and not high[1]))
 
 
 def _least(ends: Sequence[Cut]) -> Cut | None:

@@ -12,9 +12,10 @@ from haverify.analyses.networks.bounds import Bounds
 from haverify.analyses.networks.concrete import Stage, concrete_run
 from haverify.analyses.networks.explore import Exploration, Node
 from haverify.analyses.networks.network import Network, mentioned
+from haverify.analyses.networks.starts import starts
 from haverify.analyses.networks.symmetry import symmetry_of
-from haverify.analyses.networks.terms import TIME, Event, ScaleError, State
-from haverify.analyses.networks.zones import Effort, SpentError, Zone, negation
+from haverify.analyses.networks.terms import TIME, ScaleError, State
+from haverify.analyses.networks.zones import Effort, SpentError, Zone, conjunction, negation
 from haverify.evidence.certificate import certificate
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.network_run import NetworkRun
@@ -32,7 +33,7 @@ METHOD = "zones"
 MODEL = ("systems", "automata", "constants", "params", "enums", "assumptions")
 FINEST = 1 << 36  # units of time in a second
 MANY = 40  # interactions listed
-STEPS = 60_000_000  # for the usual budget
+STEPS = 8_000_000  # for the usual budget
 EVENTS = frozenset({"jump", "jumped", "pre"})
 
 
@@ -56,7 +57,7 @@ class Systems:
     files: dict[int, tuple[str, Json]] = field(default_factory=dict)
     scales: dict[str, int] = field(default_factory=dict)
 
-    def exploration(self, q: Question, limit: Fraction | None, effort: Effort) -> Exploration:
+    def exploration(self, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Exploration:
         """The exploration for a question, up to a time."""
         scale = self.scales.get(q.system["name"], 1)
         network = Network(self.core, q.system, scale, limit is not None, effort)
@@ -64,13 +65,17 @@ class Systems:
         symmetry = symmetry_of(network, [wanted])
         compared = (wanted,) if mentioned(wanted) & set(network.clocks) or q.speaks_of(wanted, {TIME}) else ()
         both_ways = q.speaks_of(wanted, {"stuck"})
-        key = (q.system["name"], limit, q.jumps, scale, repr(compared), both_ways, symmetry.groups)
+        key = (q.system["name"], limit, q.jumps, scale, repr(compared), both_ways, is_exact, symmetry.groups)
         if key not in self.made:
             end = True if limit is None else network.terms.clock_bounds(TIME, None, limit)
             claims = (*compared, *([] if limit is None else [["<=", [TIME], rational_text(limit)]]))
-            self.made[key] = Exploration(network, symmetry, Bounds(network, claims, both_ways), end, q.jumps)
+            self.made[key] = Exploration(network, symmetry, Bounds(network, claims, both_ways, is_exact), end, q.jumps)
         self.made[key].use(effort)
         return self.made[key]
+
+    def drop(self, x: Exploration) -> None:
+        """Forget an exploration that stopped in the middle of a step."""
+        self.made = {k: v for k, v in self.made.items() if v is not x}
 
     def refine(self, q: Question, factor: int) -> None:
         """Count time in a finer unit from now on."""
@@ -211,15 +216,13 @@ def _goal(systems: Systems, claim: Json, goal: Json, effort: Effort) -> Found:
 
 def _decided(systems: Systems, q: Question, effort: Effort) -> Found:
     """First without a clock for the time, which is enough for most; then with it, if only the horizon can decide."""
-    found = None
-    if q.limit is None or not q.needs_time:
-        found = _explored(systems, q, None, effort)
-        if (
-            q.limit is None
-            or isinstance(found.verdict, Unknown)
-            or found.run is None
-            or _duration(found.run) <= q.limit
-        ):
+    if q.limit is not None and not q.needs_time:
+        try:
+            found = _explored(systems, q, None, Effort(effort.left // 3))
+        except (OutsideFragmentError, SpentError):
+            found = Found(Unknown("fragment", ""))
+        is_early = found.run is None or _duration(found.run) <= q.limit
+        if is_early and not isinstance(found.verdict, Unknown):
             return found
     return _explored(systems, q, q.limit, effort)
 
@@ -229,11 +232,32 @@ def _duration(run: NetworkRun) -> Fraction:
 
 
 def _explored(systems: Systems, q: Question, limit: Fraction | None, effort: Effort) -> Found:
+    """What an exploration shows; where its rounded zones mislead (differences of clocks), one with exact zones."""
+    found = _refined(systems, q, limit, effort, False)
+    if not isinstance(found.verdict, Unknown) or found.verdict.kind != "abstraction":
+        return found
+    try:
+        return _refined(systems, q, limit, Effort(effort.left // 4), True)
+    except SpentError:
+        return found
+
+
+def _refined(systems: Systems, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Found:
+    """The same in a unit of time of which all bounds are multiples."""
     while True:
         try:
-            return _searched(systems, q, systems.exploration(q, limit, effort))
+            x = systems.exploration(q, limit, effort, is_exact)
         except ScaleError as e:
             systems.refine(q, e.factor)
+            continue
+        try:
+            return _searched(systems, q, x)
+        except ScaleError as e:
+            systems.drop(x)
+            systems.refine(q, e.factor)
+        except (OutsideFragmentError, SpentError):
+            systems.drop(x)
+            raise
 
 
 def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
@@ -247,18 +271,12 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
             return Found(
                 Unknown("window", "a variable leaves its declared range, and what happens then is not followed")
             )
-        path = [n.state for n in x.path(node)]
-        hits: list[tuple[list[State], Any]] = []
-        if net.space.meet(node.zone, net.terms.truth(wanted, node.state, no=True)):
-            hits.append((path, _dwelling(net, wanted, has_events)))
-        if has_events and (x.jumps is None or node.jumps < x.jumps):
-            hits += [([*path, s], _landing(net, wanted)) for s in _bad_landings(net, wanted, node, x)]
-        for states, end in hits:
-            run = concrete_run(x, states, end)
+        bad = _bad_instants(net, wanted, node, x) if has_events else _bad_states(net, wanted, node)
+        for more in bad:
+            run = concrete_run(x, [*(n.state for n in x.path(node)), *more], _end(net, wanted, has_events))
             if run is None:
-                return Found(
-                    Unknown("abstraction", "an exploration with rounded zones finds a violation, but no run shows it")
-                )
+                text = "an exploration with rounded zones finds a violation, but no run shows it"
+                return Found(Unknown("abstraction", text))
             return _shown(q, net, run, count)
     if not count:
         return Found(Unknown("vacuous", "the system has no start, so nothing can be claimed of its runs"))
@@ -268,40 +286,42 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     return Found(verdict, entry, {name: file}, notes=tuple(_facts(q, x, file)))
 
 
-def _dwelling(net: Network, wanted: Json, has_events: bool) -> Any:
-    """Where a run may end so as to show that a condition fails there."""
-
-    def end(last: Stage) -> Iterator[Zone]:
-        zone = last.dwell.reached
-        if has_events and last.move is not None:
-            yield from _landing(net, wanted)(last)
-            later = net.space.formula(net.space.strictly_later(last.dwell.landed))
-            zones = net.space.meet(zone, later)
-        else:
-            zones = [zone]
-        for z in zones:
-            yield from net.space.meet(z, net.terms.truth(wanted, last.state, no=True))
-
-    return end
+def _bad_states(net: Network, wanted: Json, node: Node) -> Iterator[list[State]]:
+    """An empty continuation where a condition fails somewhere in a state."""
+    if net.space.meet(node.zone, net.terms.truth(wanted, node.state, no=True)):
+        yield []
 
 
-def _landing(net: Network, wanted: Json) -> Any:
-    """Where a run may end so as to show that a condition fails right after the last jump."""
-
-    def end(last: Stage) -> Iterator[Zone]:
-        assert last.move is not None
-        yield from net.space.meet(last.dwell.landed, net.terms.truth(wanted, last.state, last.move.event, no=True))
-
-    return end
-
-
-def _bad_landings(net: Network, wanted: Json, node: Node, x: Exploration) -> Iterator[State]:
+def _bad_instants(net: Network, wanted: Json, node: Node, x: Exploration) -> Iterator[list[State]]:
+    """Continuations at whose end a condition fails that speaks of jumps: of length 0 from a start, else 1."""
+    if node.parent is None:
+        for s, z in starts(net):
+            bad = conjunction([x.limit, net.terms.truth(wanted, s, no=True)])
+            if s == node.state and any(net.space.meet(d.reached, bad) for d in net.dwells(s, z)):
+                yield []
+    if x.jumps is not None and node.jumps >= x.jumps:
+        return
     for m, _, landed in net.jumps(node.state, node.zone):
         assert m.target is not None
-        event: Event = m.event
-        bad = net.terms.truth(wanted, m.target, event, no=True)
-        if any(net.space.meet(z, x.limit) for z in net.space.meet(landed, bad)):
-            yield m.target
+        stages = (Stage(m, None, m.target, d) for d in net.dwells(m.target, landed))
+        end = _end(net, wanted, True)
+        if any(net.space.meet(z, x.limit) for stage in stages for z in end(stage)):
+            yield [m.target]
+
+
+def _end(net: Network, wanted: Json, has_events: bool) -> Any:
+    """Where a run may end so as to show that a condition fails: with `has_events`, right after a jump or later."""
+
+    def end(last: Stage) -> Iterator[Zone]:
+        s, zones = last.state, [last.dwell.reached]
+        if has_events and last.move is not None:
+            yield from net.space.meet(last.dwell.landed, net.terms.truth(wanted, s, last.move.event, no=True))
+            later = net.space.formula(net.space.strictly_later(last.dwell.landed))
+            zones = net.space.meet(zones[0], later) if last.dwell.can_wait else []
+        for z in zones:
+            yield from net.space.meet(z, net.terms.truth(wanted, s, no=True))
+
+    return end
 
 
 def _shown(q: Question, net: Network, run: NetworkRun, count: int) -> Found:

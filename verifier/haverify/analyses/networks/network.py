@@ -36,6 +36,7 @@ class Dwell:
 
     landed: Zone
     reached: Zone
+    can_wait: bool = True
 
 
 @holder
@@ -86,6 +87,8 @@ class Network:
             )
         self.types[name] = v["type"]
         if v["low"] is not None or v["high"] is not None:
+            if v["type"] != "real":
+                raise OutsideFragmentError(f"`{name}` is discrete and has a declared range besides its type")
             ends = [None if v[k] is None else self.terms.number(place.flat(v[k]), ()) for k in ("low", "high")]
             self.windows[name] = (ends[0], ends[1])
         rate = rates.pop()
@@ -337,7 +340,7 @@ class Network:
         for stop in self.stops(s):
             before, split = space.earlier(stop), list[tuple[Zone, list[Zone]]]()
             for q, ends in waiting:
-                yield from (Dwell(p, p) for p in space.meet(q, space.formula(stop)))
+                yield from (Dwell(p, p, False) for p in space.meet(q, space.formula(stop)))
                 for rest in space.without(q, stop):
                     split += [(p, [*ends, stop]) for p in space.meet(rest, space.formula(before))]
                     split += [(p, ends) for p in space.without(rest, before)]

@@ -91,7 +91,7 @@ class Terms:
             return Fraction(0), {self.clocks[name]: self.rates[name] / self.scale}
         if name == TIME:
             raise OutsideFragmentError("`time` in a system is tracked only up to a horizon: give the claim a `within`")
-        if self.slots[name] >= len(s):
+        if self.slots.get(name, len(s)) >= len(s):
             raise OutsideFragmentError(f"`{name}` stands where a constant is needed")
         return s[self.slots[name]], {}
 

@@ -9,7 +9,7 @@ from haverify.report.figures.evaluate import scope
 from haverify.report.figures.material import Json, Material, Undrawable
 from haverify.text.record import record
 
-_MOST = 60
+MOST = 36
 
 
 @record
@@ -33,12 +33,12 @@ def bands(material: Material, automaton: Json, clock: str) -> list[Band]:
     cells = material.cells.get(automaton["name"], {}).get("cells")
     modes = {m["name"]: m for m in automaton["modes"]}
     if cells:
-        found = [_of_cell(material, automaton, modes[c["mode"]], c, clock) for c in cells[: 4 * _MOST]]
+        found = [_of_cell(material, automaton, modes[c["mode"]], c, clock) for c in cells[: 4 * MOST]]
     else:
         found = [_of_domain(material, automaton, m, clock) for m in automaton["modes"]]
     order = list(modes)
     merged = sorted(_merged(found), key=lambda b: (b.low, b.high, order.index(b.mode)))
-    if not merged or len(merged) > _MOST:
+    if not merged or len(merged) > MOST:
         raise Undrawable
     return merged
 

@@ -105,9 +105,9 @@ def _bounded(q: Quantity, s: Scope, band: Band, clock: str, points: Points) -> C
         line = _bound(b, s, clock, at)
         drawn = tuple([(x, y) for x, y in zip(at, line, strict=True) if y is not None])
         bounds += [drawn] if drawn else []
-        holds = _HOLDS[b.op]
-        for k, y in enumerate(line):
-            if y is not None and not holds(points[k][1], y + _slack(b.op, y)):
+        holds = _HOLDS.get(b.op)
+        for k, y in enumerate(line if holds else ()):
+            if holds and y is not None and not holds(points[k][1], y + _slack(b.op, y)):
                 is_bad[k] = True
     return Curve(band, points, tuple(bounds), tuple(is_bad))
 

@@ -18,6 +18,7 @@ Coefficients = list[float]
 
 _STEP = 1e-5  # of central differences, relative to the range of no clock smaller than a second
 _DEPTH = 60
+_DEGREE = 300
 
 
 @holder
@@ -192,6 +193,8 @@ def _sum(terms: Sequence[Coefficients]) -> Coefficients:
 def _times(factors: Sequence[Coefficients]) -> Coefficients:
     product = [1.0]
     for f in factors:
+        if len(product) + len(f) > _DEGREE:
+            raise Undrawable
         longer = [0.0] * (len(product) + len(f) - 1)
         for i, a in enumerate(product):
             for k, b in enumerate(f):

@@ -9,13 +9,14 @@ from typing import Any
 
 from haverify.report.figures import svg
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
-from haverify.text.record import record
+from haverify.text.record import field, record
 
 WIDTH, LEFT, RIGHT, TOP = 680.0, 44.0, 10.0, 30.0
-_INPUTS, _TERMS, _GRID, _DEPTH = 12, 10, 24, 8
+_INPUTS, _TERMS, _GRID, _DEPTH, _RULES = 12, 10, 20, 8, 400
 _HEIGHT, _GAP = 84.0, 56.0
 
 Values = Mapping[tuple[str, str], float]
+End = tuple[str, Json]
 
 
 def memberships(system: Json) -> Figure:
@@ -98,14 +99,16 @@ def float_of(text: Any) -> float:
 
 
 @record
-class _Chain:
-    """A system with those that its inputs come from."""
+class Chain:
+    """All fuzzy systems of a core, of which some read the conclusions of others; strengths are computed once."""
 
     systems: Mapping[str, Json]
+    known: dict[tuple[str, Any], Values] = field(default_factory=dict, compare=False)
+    degrees: dict[tuple[str, str, float], Values] = field(default_factory=dict, compare=False)
 
-    def ends(self, system: Json, depth: int = 0) -> list[tuple[str, Json]]:
+    def ends(self, system: Json, depth: int = 0) -> list[End]:
         """The inputs with a range that the system reads, through its chain, with the systems that declare them."""
-        found: dict[str, tuple[str, Json]] = {}
+        found: dict[str, End] = {}
         for i in system["inputs"]:
             if i.get("source") and depth < _DEPTH:
                 for owner, end in self.ends(self.systems[i["source"][0]], depth + 1):
@@ -114,22 +117,38 @@ class _Chain:
                 found.setdefault(f"{system['name']}.{i['name']}", (system["name"], i))
         return list(found.values())
 
-    def strengths(self, system: Json, values: Values, depth: int = 0) -> dict[tuple[str, str], float]:
-        """How strongly each term of each output is concluded."""
+    def strengths(self, system: Json, at: Values, depth: int = 0) -> Values:
+        """How strongly each term of each output is concluded; `at` are the values of all inputs with a range."""
+        key = (str(system["name"]), tuple(at.items()))
+        if key not in self.known:
+            self.known[key] = self._strengths(system, at, depth)
+        return self.known[key]
+
+    def _strengths(self, system: Json, at: Values, depth: int) -> Values:
         known: dict[tuple[str, str], float] = {}
         for i in system["inputs"]:
             if i.get("source") and depth < _DEPTH:
                 source, output = i["source"]
-                inner = self.strengths(self.systems[source], values, depth + 1)
+                inner = self.strengths(self.systems[source], at, depth + 1)
                 known |= {(i["name"], term): v for (o, term), v in inner.items() if o == output}
             else:
-                at = values[system["name"], i["name"]]
-                known |= {(i["name"], t["name"]): degree(t, at) for t in i["terms"]}
+                known |= self._degrees(system, i, at[system["name"], i["name"]])
         found: dict[tuple[str, str], float] = {}
         for rule in system["rules"]:
             key = (rule["output"], rule["term"])
             found[key] = max(found.get(key, 0.0), _holds(rule["premise"], known, system["logic"]))
         return found
+
+    def _degrees(self, system: Json, i: Json, x: float) -> Values:
+        key = (str(system["name"]), str(i["name"]), x)
+        if key not in self.degrees:
+            self.degrees[key] = {(i["name"], t["name"]): degree(t, x) for t in i["terms"]}
+        return self.degrees[key]
+
+
+def chain(material: Material) -> Chain:
+    """The fuzzy systems of a core."""
+    return Chain(material.by_name("fuzzy"))
 
 
 def _holds(e: Any, known: Mapping[tuple[str, str], float], logic: list[str]) -> float:
@@ -144,48 +163,60 @@ def _holds(e: Any, known: Mapping[tuple[str, str], float], logic: list[str]) -> 
     return min(inner) if op == "and" else max(inner)
 
 
-def conclusions(material: Material, system: Json) -> list[Figure]:
-    """For each output: the term that is concluded most strongly, over two inputs, the others at mid-range.
+def conclusions(systems: Chain, system: Json) -> list[Figure]:
+    """For each output: the term that is concluded most strongly, over two inputs, the others at three quarters.
 
     Raises
     ------
     Undrawable      if the system reads fewer than two inputs with a range, or has another logic than min and max
     """
-    chain = _Chain({s["name"]: s for s in material.listed("fuzzy")})
-    ends = [(owner, i) for owner, i in chain.ends(system) if i.get("low") is not None]
-    if len(ends) < 2 or len(ends) < len(chain.ends(system)):
+    every = systems.ends(system)
+    ends = [(owner, i) for owner, i in every if i.get("low") is not None]
+    if len(ends) < 2 or len(ends) < len(every):
         raise Undrawable
-    middle = {(owner, i["name"]): (float_of(i["low"]) + float_of(i["high"])) / 2 for owner, i in ends}
-    grid = _grid(chain, system, ends, middle)
+    grid = _grid(systems, system, ends)
     return [_map(system, o, ends, grid) for o in system["outputs"] if o.get("terms")]
 
 
-def _grid(chain: _Chain, system: Json, ends: list[tuple[str, Json]], middle: Values) -> list[list[Values]]:
+def _rest(ends: list[End]) -> dict[tuple[str, str], float]:
+    """Where the inputs stand that are not drawn: off the middle, where terms often meet."""
+    values = {}
+    for owner, i in ends:
+        low, high = float_of(i["low"]), float_of(i["high"])
+        values[owner, str(i["name"])] = low + (high - low) * 0.75
+    return values
+
+
+def _grid(systems: Chain, system: Json, ends: list[End]) -> list[list[Values]]:
     """The strengths at the middles of the squares of a grid, row by row from below."""
     (one, i), (two, j) = ends[:2]
-    rows = list[list[Values]]()
-    for r in range(_GRID):
-        y = _between(j, r)
-        at: list[Values] = [{**middle, (one, i["name"]): _between(i, c), (two, j["name"]): y} for c in range(_GRID)]
-        rows.append([chain.strengths(system, values) for values in at])
+    rules = sum(len(s["rules"]) for s in systems.systems.values())
+    if rules > _RULES:
+        raise Undrawable
+    size = _GRID if rules <= _RULES // 4 else _GRID // 2
+    rest, rows = _rest(ends), list[list[Values]]()
+    for r in range(size):
+        y = _between(j, r, size)
+        at: list[Values] = [{**rest, (one, i["name"]): _between(i, c, size), (two, j["name"]): y} for c in range(size)]
+        rows.append([systems.strengths(system, values) for values in at])
     return rows
 
 
-def _between(i: Json, k: int) -> float:
+def _between(i: Json, k: int, size: int) -> float:
     low, high = float_of(i["low"]), float_of(i["high"])
-    return low + (high - low) * (k + 0.5) / _GRID
+    return low + (high - low) * (k + 0.5) / size
 
 
-def _map(system: Json, output: Json, ends: list[tuple[str, Json]], grid: list[list[Values]]) -> Figure:
+def _map(system: Json, output: Json, ends: list[End], grid: list[list[Values]]) -> Figure:
     side, left, top = 264.0, 60.0, 14.0
-    size = side / _GRID
+    size = side / len(grid)
     parts = [svg.rect(left, top, side, side, "frame")]
     used: dict[int, None] = {}
     for r, row in enumerate(grid):
         start = 0
         winners = [_winner(output, strengths) for strengths in row]
-        for c in range(1, _GRID + 1):
-            if c == _GRID or winners[c] != winners[start]:
+        for c in range(1, len(grid) + 1):
+            if c == len(grid) or winners[c] != winners[start]:
                 if winners[start] is not None:
                     used[winners[start] or 0] = None
                     at = (left + start * size, top + side - (r + 1) * size)
@@ -197,8 +228,8 @@ def _map(system: Json, output: Json, ends: list[tuple[str, Json]], grid: list[li
     parts += _scales(i, j, left, top, side)
     parts += _legend(output, sorted(used), left + side + 40, top)
     title = f"Conclusions of {system['name']}: {output['name']}"
-    rest = ", ".join(end["name"] for _, end in ends[2:])
-    said = f"the strongest term over {i['name']} and {j['name']}" + (f", with {rest} at mid-range" if rest else "")
+    rest = ", ".join(f"{name} = {svg.tick_text(v)}" for (_, name), v in list(_rest(ends).items())[2:])
+    said = f"the strongest term over {i['name']} and {j['name']}" + (f", with {rest}" if rest else "")
     name = f"map_{system['name']}_{output['name']}"
     return Figure(
         name,

@@ -24,6 +24,7 @@ class Material:
     cells: dict[str, Json] = field(default_factory=dict)
     scopes: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)  # what is computed once
     points: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)
+    index: dict[str, dict[str, Json]] = field(default_factory=dict, compare=False)
 
     def listed(self, key: str) -> list[Json]:
         """The objects of a list of the core; those of another kind are left out."""
@@ -32,7 +33,13 @@ class Material:
 
     def named(self, key: str, name: str | None) -> Json | None:
         """The object of that name in a list of the core."""
-        return next((x for x in self.listed(key) if x.get("name") == name), None)
+        return self.by_name(key).get(name) if name is not None else None
+
+    def by_name(self, key: str) -> dict[str, Json]:
+        """The objects of a list of the core that have a name."""
+        if key not in self.index:
+            self.index[key] = {x["name"]: x for x in self.listed(key) if isinstance(x.get("name"), str)}
+        return self.index[key]
 
 
 @record

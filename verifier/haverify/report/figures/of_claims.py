@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from haverify.report.figures import lanes, panels, runs
+from haverify.report.figures.bands import MOST
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
 from haverify.report.figures.quantities import Quantity, mentioned, outputs, quantities
@@ -50,7 +51,7 @@ def of_automaton(material: Material, automaton: Json) -> Figure:
     Undrawable      if it has none, or they are no functions of one clock
     """
     wanted = outputs(automaton)[:_PANELS]
-    if not wanted:
+    if not wanted or len(automaton["modes"]) > MOST:
         raise Undrawable
     svg = _draw(material, automaton, wanted, [], f"the outputs of {automaton['name']}")
     left = len(outputs(automaton)) - len(wanted)
@@ -63,15 +64,29 @@ def of_automaton(material: Material, automaton: Json) -> Figure:
 
 
 def _bounded(material: Material, automaton: Json, claim: Json, c: Claim) -> Figure:
+    if len(automaton["modes"]) > MOST:
+        raise Undrawable
     every = quantities(claim, automaton)
     wanted = every[:_PANELS]
     if not wanted:
         raise Undrawable
     svg = _draw(material, automaton, wanted, c.parts, f"{c.name}: {c.verdict}")
-    said = ["bounds dashed"] if any(q.bounds for q in wanted) else ["the steps are what the claim bounds"]
-    said += ["violations red"] if c.verdict == "refuted" else []
+    said = [_shown(wanted)]
+    said += ["violations red"] if c.verdict == "refuted" and _is_bounded(wanted) else []
     said += [f"{len(every) - len(wanted)} more quantities are left out"] if len(every) > len(wanted) else []
-    return Figure(f"claim_{c.name}", f"What {c.name} bounds", "; ".join(said), svg, c.name)
+    return Figure(f"claim_{c.name}", f"What {c.name} is about", "; ".join(said), svg, c.name)
+
+
+def _shown(wanted: Sequence[Quantity]) -> str:
+    """What is drawn beside the curves."""
+    if not _is_bounded(wanted):
+        return "what the values are compared with dashed"
+    return "bounds dashed" if any(q.bounds for q in wanted) else "the steps are what the claim bounds"
+
+
+def _is_bounded(wanted: Sequence[Quantity]) -> bool:
+    """Whether a claim bounds its quantities at all times, rather than compare them at some."""
+    return not any(b.op == "level" for q in wanted for b in q.bounds)
 
 
 def _draw(material: Material, automaton: Json, wanted: Sequence[Quantity], parts: Sequence[Part], title: str) -> str:

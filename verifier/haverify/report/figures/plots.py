@@ -28,9 +28,10 @@ def _of_model(material: Material) -> Iterator[Figure]:
         yield from drawn(of_claims.of_automaton, material, automaton)
     for rule in material.listed("cellular"):
         yield from drawn(orbits.of_rule, material, rule)
+    systems = fuzzy.chain(material)
     for system in material.listed("fuzzy"):
         yield from drawn(fuzzy.memberships, system)
-        yield from drawn(fuzzy.conclusions, material, system)
+        yield from drawn(fuzzy.conclusions, systems, system)
 
 
 def _shape(automaton: Json) -> str:
@@ -40,7 +41,10 @@ def _shape(automaton: Json) -> str:
         return ""
     told = [[m.get(key) for key in ("name", "domain", "lets")] for m in modes if isinstance(m, dict)]
     ends = [[e.get(key) for key in ("name", "source", "target", "guard")] for e in edges if isinstance(e, dict)]
-    return json.dumps([told, ends, automaton.get("lets"), automaton.get("init")])
+    try:
+        return json.dumps([told, ends, automaton.get("lets"), automaton.get("init")])
+    except RecursionError:
+        return ""
 
 
 def every(report: Report, material: Material) -> list[Figure]:

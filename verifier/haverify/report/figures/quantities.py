@@ -9,13 +9,13 @@ from typing import Any
 from haverify.report.figures.material import Json
 from haverify.text.record import holder, record
 
-_MIRROR = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+_MIRROR = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "level": "level"}
 _SIGNS = {"+": " + ", "*": " * ", "/": " / ", "^": "^"}
 
 
 @record
 class Bound:
-    """`quantity op value` wherever the premises hold."""
+    """`quantity op value` wherever the premises hold; `level`: a value that it is compared with at some instants."""
 
     op: str
     value: Any
@@ -39,13 +39,19 @@ class Quantity:
 
 
 def quantities(claim: Json, automaton: Json) -> list[Quantity]:
-    """The quantities that the `always` goals of a claim bound, in order of appearance; lets where it is about jumps."""
+    """The quantities that the `always` goals of a claim bound, in order of appearance; lets where it is about jumps.
+
+    Of a goal in temporal logic those that it compares, with the levels that it compares them with.
+    """
     found: dict[str, Quantity] = {}
     units = _units(automaton)
     for goal in claim.get("goals", []):
         if goal.get("kind") == "always" or claim.get("kind") == "invariant":
             for premises, comparison in _conjuncts(goal.get("condition"), ()):
                 _enter(found, premises, comparison, units)
+        elif goal.get("kind") == "stl":
+            for comparison in _comparisons(goal.get("condition")):
+                _enter(found, (), ["level", *comparison[1:]], units)
     return list(found.values())
 
 
@@ -88,6 +94,17 @@ def _conjuncts(e: Any, premises: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, .
         yield from _conjuncts(e[2], (*premises, e[1]))
     else:
         yield premises, e
+
+
+def _comparisons(e: Any) -> Iterator[Any]:
+    """All comparisons within a formula."""
+    if not isinstance(e, list) or not e:
+        return
+    if e[0] in ("<", "<=", ">", ">=") and len(e) == 3:
+        yield e
+    else:
+        for x in e[1:]:
+            yield from _comparisons(x)
 
 
 def _words(e: Any) -> set[str]:

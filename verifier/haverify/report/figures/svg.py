@@ -15,8 +15,10 @@ _LIMIT = 1e6
 
 def number(x: float) -> str:
     """A coordinate to a tenth of a pixel; what is infinite stays on the page's far side."""
-    x = 0.0 if math.isnan(x) else min(max(x, -_LIMIT), _LIMIT)
-    return f"{x:.1f}".removesuffix(".0")
+    if not -_LIMIT <= x <= _LIMIT:
+        x = 0.0 if math.isnan(x) else min(max(x, -_LIMIT), _LIMIT)
+    text = f"{x:.1f}"
+    return text[:-2] if text.endswith(".0") else text
 
 
 def line(a: Point, b: Point, kind: str) -> str:

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from haverify.report.figures.material import Figure
 from haverify.report.html.element import Html, cell, element, joined, table
-from haverify.report.html.prose import prose
+from haverify.report.html.prose import inline, prose
 from haverify.report.markup import clipped
 from haverify.report.numbers import decimal
 from haverify.report.report import Claim, Margin, Part, Run
@@ -57,7 +57,7 @@ def _head(c: Claim) -> Html:
 
 def _outcome(c: Claim) -> list[Html]:
     """What is not as expected and why, or why it is expected so."""
-    lines = [element("p", p, kind="problem") for p in c.problems[:_LISTED]]
+    lines = [element("p", inline(clipped(p, _TEXT)), kind="problem") for p in c.problems[:_LISTED]]
     why = (("Why it is unknown", c.reason), ("Reached", c.reached), ("Nearest", c.nearest), ("To try", c.next_step))
     pairs = [(name, text) for name, text in why if text]
     pairs += [("Known because", c.because)] if c.because else []
@@ -75,7 +75,7 @@ def _rounding(c: Claim) -> str:
 
 
 def _pairs(pairs: Sequence[tuple[str, str]]) -> Html:
-    return element("dl", *[e for k, v in pairs for e in (element("dt", k), element("dd", clipped(v, _TEXT)))])
+    return element("dl", *[e for k, v in pairs for e in (element("dt", k), element("dd", inline(clipped(v, _TEXT))))])
 
 
 def _parts(c: Claim) -> list[Html]:
@@ -86,6 +86,8 @@ def _parts(c: Claim) -> list[Html]:
     if len(c.parts) > _PARTS:
         shown = sorted(c.parts, key=lambda p: p.verdict == "proved")[:_PARTS]
     rows = [_part(p) for p in shown]
+    if len(rows) == 1 and rows[0].count(_EMPTY) == len(_HEAD) - 2:
+        return []  # one part that is the whole claim and of which no more is known
     used = [k for k in range(len(_HEAD)) if any(row[k] != _EMPTY for row in rows)]
     of = [[row[k] for k in used] for row in rows]
     blocks = [element("h4", f"Parts ({len(c.parts)})"), table([_HEAD[k] for k in used], of, "parts")]
@@ -105,14 +107,14 @@ _EMPTY = cell("")
 def _part(p: Part) -> list[Html]:
     at = p.margin.at.removeprefix(f"{p.mode}, ") if p.margin else ""
     known = "; ".join([*p.facts, *([p.reason] if p.reason else []), *[f"reads {row}" for row in p.cells]])
-    name = p.mode or p.text
+    name = p.mode or p.text or f"goal {p.goal}"
     return [
         cell(clipped(name, 120), kind="text" if len(name) > 30 else "n"),
-        cell(clipped(p.output, 80)),
+        cell(clipped(p.output, 80)) if p.output else _EMPTY,
         cell(badge(p.verdict)),
         cell(with_unit(p.margin), kind="n") if p.margin else _EMPTY,
-        cell(clipped(at, 120), kind="n" if len(at) < 30 else ""),
-        cell(clipped(known, 400), kind="small soft") if known else _EMPTY,
+        cell(clipped(at, 120), kind="n" if len(at) < 30 else "") if at else _EMPTY,
+        cell(inline(clipped(known, 400)), kind="small soft") if known else _EMPTY,
     ]
 
 
@@ -167,11 +169,26 @@ def _run(c: Claim) -> list[Html]:
 
 def _step(run: Run, k: int, names: Sequence[str]) -> list[Html]:
     is_end = k >= len(run.mode_path)
-    mode = f"end, in {run.mode_path[-1]}" if is_end else run.mode_path[k]
+    mode = _end(run) if is_end else _mode(run, k)
     state = run.states_decimal[k] if k < len(run.states_decimal) else {}
     said = f": {run.violation}" if is_end and run.violation else ""
     first = [cell(run.times_decimal[k], kind="n"), cell(clipped(mode + said, 160))]
     return first + [cell(state.get(n, ""), kind="n") for n in names]
+
+
+def _mode(run: Run, k: int) -> str:
+    """The mode that is entered; of a system, after its start, what fired and the parts that it moved."""
+    parts = run.mode_path[k].split(", ")
+    if k == 0 or len(parts) == 1:
+        return run.mode_path[k]
+    before = run.mode_path[k - 1].split(", ")
+    moved = ", ".join(p for p in parts if p not in before) or "no part moves"
+    return f"{run.edges[k - 1]}: {moved}" if k <= len(run.edges) else moved
+
+
+def _end(run: Run) -> str:
+    """The end of a run, in a mode where that is one word."""
+    return "end" if ", " in run.mode_path[-1] else f"end, in {run.mode_path[-1]}"
 
 
 def _with(run: Run, name: str) -> str:
@@ -182,7 +199,7 @@ def _with(run: Run, name: str) -> str:
 def _listed(title: str, texts: Sequence[str]) -> list[Html]:
     if not texts:
         return []
-    items = [element("li", clipped(t, 600)) for t in texts[:_LISTED]]
+    items = [element("li", inline(clipped(t, 600))) for t in texts[:_LISTED]]
     items += [element("li", f"{len(texts) - _LISTED} more in report.json")] if len(texts) > _LISTED else []
     return [element("h4", title), element("ul", *items)]
 

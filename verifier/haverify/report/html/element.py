@@ -27,7 +27,7 @@ def element(name: str, *content: str, kind: str = "", **attributes: str) -> Html
 
 def joined(content: Iterable[str]) -> Html:
     """Pieces one after the other, plain text escaped."""
-    return Html("".join([c if type(c) is Html else escape(c) for c in content]))
+    return Html("".join([c if type(c) is Html else escape(c) for c in content if c]))
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[Html]], kind: str) -> Html:
