@@ -56,6 +56,7 @@ class Systems:
     made: dict[Any, Exploration] = field(default_factory=dict)
     files: dict[int, tuple[str, Json]] = field(default_factory=dict)
     scales: dict[str, int] = field(default_factory=dict)
+    reached: int = 0  # states of the largest exploration that was given up
 
     def exploration(self, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Exploration:
         """The exploration for a question, up to a time."""
@@ -76,6 +77,7 @@ class Systems:
     def drop(self, x: Exploration) -> None:
         """Forget an exploration that stopped in the middle of a step."""
         self.made = {k: v for k, v in self.made.items() if v is not x}
+        self.reached = max(self.reached, len(x.nodes))
 
     def refine(self, q: Question, factor: int) -> None:
         """Count time in a finer unit from now on."""
@@ -205,10 +207,15 @@ def _goal(systems: Systems, claim: Json, goal: Json, effort: Effort) -> Found:
     except OutsideFragmentError as e:
         return Found(Unknown("fragment", str(e)))
     except SpentError:
-        reached = sum(len(x.nodes) for x in systems.made.values())
         step = "a larger `--budget`, fewer parts, or a shorter horizon"
         return Found(
-            Unknown("budget", "the system has more states than were explored", f"{reached} symbolic states", "", step)
+            Unknown(
+                "budget",
+                "the system has more states than were explored",
+                f"{systems.reached} symbolic states",
+                "",
+                step,
+            )
         )
     except RecursionError:
         return Found(Unknown("fragment", "an expression is nested too deeply"))
@@ -268,9 +275,7 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     for node in x.reached():
         count += 1
         if net.space.meet(node.zone, negation(net.window(node.state))):
-            return Found(
-                Unknown("window", "a variable leaves its declared range, and what happens then is not followed")
-            )
+            return Found(_left(net, node))
         bad = _bad_instants(net, wanted, node, x) if has_events else _bad_states(net, wanted, node)
         for more in bad:
             run = concrete_run(x, [*(n.state for n in x.path(node)), *more], _end(net, wanted, has_events))
@@ -284,6 +289,14 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     entry = {"kind": "states", "states": name, "hash": q.hash()}
     verdict = Refuted() if q.is_reach else Proved()
     return Found(verdict, entry, {name: file}, notes=tuple(_facts(q, x, file)))
+
+
+def _left(net: Network, node: Node) -> Unknown:
+    """A declared range is left (S4)."""
+    ends = {n: net.terms.clock_bounds(n, *w) for n, w in net.windows.items() if n in net.clocks}
+    names = [n for n, f in ends.items() if net.space.meet(node.zone, negation(f))] or list(net.windows)
+    text = f"`{names[0]}` leaves its declared range, and what happens after that is not followed (LANGUAGE S4)"
+    return Unknown("window", text, next_step="declare it without a range, or give the claim a horizon")
 
 
 def _bad_states(net: Network, wanted: Json, node: Node) -> Iterator[list[State]]:
