@@ -12,10 +12,11 @@ from typing import Any
 
 from hacheck import bernstein
 from hacheck.bernstein import FREE, Box, point
-from hacheck.expressions import Instant, Scope, nodes
+from hacheck.expressions import Instant, nodes
 from hacheck.formula import Formula, conj, disj, literal, members, negated, placed, soon, variables
 from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, names, scale, substitute, var
 from hacheck.rational import Beyond, Interval, Refused, number, spend
+from hacheck.scope import Scope
 
 Json = Any
 START = Fraction(0)
