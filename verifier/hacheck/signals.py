@@ -160,7 +160,7 @@ class Ways(Signals):
         going = [
             model.outside(cell.mode),
             self.cells.past(cell),
-            self.cells.late(self.cells.time),
+            self.cells.late(self.horizon),
             model.lively(cell.mode),
         ]
         return not cell.shows(disj(going), cell.stay)
