@@ -71,6 +71,13 @@ CASES = {
     "due at an open bound": (TIMER + "system S { part t = Timer }", "never t.x > 2 s and at(t.Run)", "proved"),
     "fires at the open bound": (TIMER + "system S { part t = Timer }", "can reach at(t.Done) and t.x == 2 s", "proved"),
     "not before": (TIMER + "system S { part t = Timer }", "can reach at(t.Done) and t.x < 2 s", "refuted"),
+    "not due right after a domain ends": (
+        "automaton A { var x: s; init M with x := 0 s; flow { x' = 1 }; mode M { domain x <= 1 s } }\n"
+        "automaton B { var x: s; init M with x := 0 s; flow { x' = 1 }; mode M { urgent edge e: -> N when x > 1 s }; "
+        "mode N { domain true } }\nsystem S { part a = A; part b = B }",
+        "can reach at(b.N)",
+        "refuted",
+    ),
     # S16: urgent only as a whole
     "an urgent edge waits for its partner": (
         TWO,
