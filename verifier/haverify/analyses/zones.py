@@ -1,4 +1,11 @@
-"""Claims about systems decided: `always`, `never` and `can reach` by exploration, with a certificate or a run."""
+"""Claims about systems: `always`, `never`, `can reach` (and `stuck` in them), by exploring their states.
+
+For systems whose parts have discrete variables and clocks that never stop: one constant rate in all modes, compared
+with numbers or with each other. The states are those of the parts together with a zone of clock values (bounds on
+clocks and their differences), explored breadth first; beyond the last number a clock is compared with, its value is
+forgotten; members of a family of parts that can trade places are not told apart. `proved` rests on a list of states
+that no run leaves, `refuted` on the run with the fewest jumps. A horizon adds a clock for the time where it decides.
+"""
 
 from __future__ import annotations
 
@@ -148,6 +155,9 @@ def _tells_time(network: Network) -> bool:
 
 def decide_network(claim: Claim, core: Mapping[str, Json], share: Fraction) -> Evidence:
     """What an exploration finds out about a claim on a system; `share` scales the work, 1 being usual."""
+    if claim.method is not None and claim.method[0] != METHOD:
+        text = f"`method {claim.method[0]}` does not decide systems; without it `{METHOD}` is used"
+        return Evidence(Unknown("fragment", text), (), METHOD)
     data = next(c for c in core["claims"] if c["name"] == claim.name)
     effort = Effort(int(STEPS * share))
     found = [_goal(systems_of(core), data, goal, effort) for goal in data["goals"]]
