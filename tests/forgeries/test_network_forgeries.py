@@ -15,7 +15,7 @@ from tests.unit.elaborate.texts import read
 from hacheck.core import Core
 from hacheck.rational import Meter, Refused, Unreadable
 from hacheck.systems import SystemCheck, obligation, shown
-from haverify.analyses.networks.decide import decide_network
+from haverify.analyses.zones import decide_network
 from haverify.model.core import to_core
 
 TEXT = (Path(__file__).parent / "small" / "network.ha").read_text()

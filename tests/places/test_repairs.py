@@ -180,7 +180,7 @@ def test_of_200_faults_that_matter_95_percent_are_undone(gait: Subject) -> None:
 
 
 def test_a_proposal_is_tried_and_says_what_it_meets(gait: Subject) -> None:
-    for f in sample(gait)[::60]:
+    for f in sample(gait)[::80]:
         faulty = gait.edited([edit(gait, f)])
         faulty.lint()
         outcome = repair(faulty, ())

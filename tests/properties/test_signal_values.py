@@ -6,7 +6,7 @@ from fractions import Fraction as Q
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hacheck import signals as second
+from hacheck import timeline as second
 from haverify.analyses.signals_value import (
     ZERO,
     Dwell,

@@ -47,6 +47,12 @@ def _matrix(a: int, p: int, b: int, q: int, d: int) -> tuple[list[list[int]], in
     return [[entry(j, k) for k in range(d + 1)] for j in range(d + 1)], unit**d * whole
 
 
+def _matrix_on(i: Interval, d: int) -> tuple[list[list[int]], int]:
+    low, high = i
+    assert low is not None and high is not None
+    return _matrix(low.numerator, low.denominator, high.numerator, high.denominator, d)
+
+
 def _along(flat: list[int], stride: int, rows: list[list[int]]) -> list[int]:
     """The matrix applied along one axis of a tensor stored flat."""
     out, step = [0] * len(flat), stride * len(rows)
@@ -68,8 +74,9 @@ def _range(p: Poly, box: Box) -> tuple[Fraction | int | None, Fraction | int | N
         ends = [(c, (FINITE if not m else box.get(m[0], FREE) if len(m) == 1 else FREE)) for m, c in p.terms.items()]
         lows, highs = [(c, i[c < 0]) for c, i in ends], [(c, i[c > 0]) for c, i in ends]
         return _sum(lows), _sum(highs), p.unit
-    alone = len(found) == 1
-    degree = {v: max(map(len, p.terms)) if alone else max([m.count(v) for m in p.terms]) for v in sorted(found)}
+    if len(found) == 1:
+        return _range_on_line(p, box[min(found)])
+    degree = {v: max([m.count(v) for m in p.terms]) for v in sorted(found)}
     size = prod([d + 1 for d in degree.values()])
     if size > MAX_COEFFICIENTS:
         raise Beyond("a polynomial has too many Bernstein coefficients")
@@ -79,11 +86,20 @@ def _range(p: Poly, box: Box) -> tuple[Fraction | int | None, Fraction | int | N
     for m, c in p.terms.items():
         flat[sum(map(stride.__getitem__, m))] = c
     for v, d in degree.items():
-        low, high = box[v]
-        assert low is not None and high is not None
-        rows, factor = _matrix(low.numerator, low.denominator, high.numerator, high.denominator, d)
+        rows, factor = _matrix_on(box[v], d)
         flat, divisor = _along(flat, stride[v], rows), divisor * factor
     return min(flat), max(flat), divisor
+
+
+def _range_on_line(p: Poly, i: Interval) -> tuple[int, int, int]:
+    """The same for a polynomial in one variable."""
+    line = [0] * (1 + max(map(len, p.terms)))
+    spend(len(line) ** 2 * (1 + (p.bits >> 8)))
+    for m, c in p.terms.items():
+        line[len(m)] = c
+    rows, factor = _matrix_on(i, len(line) - 1)
+    flat = [sum(map(int.__mul__, row, line)) for row in rows]
+    return min(flat), max(flat), p.unit * factor
 
 
 def _sum(products: list[tuple[int, Fraction | None]]) -> Fraction | None:

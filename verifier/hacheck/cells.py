@@ -5,6 +5,7 @@ A condition speaks of the state (variables by name, `sigma`), chosen values `v'`
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cache
@@ -12,10 +13,11 @@ from typing import Any
 
 from hacheck import bernstein
 from hacheck.bernstein import FREE, Box, point
-from hacheck.expressions import Instant, Scope, nodes
+from hacheck.expressions import Instant
 from hacheck.formula import Formula, conj, disj, literal, members, negated, placed, soon, variables
 from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, names, scale, substitute, var
 from hacheck.rational import Beyond, Interval, Refused, number, spend
+from hacheck.scope import Scope
 
 Json = Any
 START = Fraction(0)
@@ -36,7 +38,7 @@ class Model:
         self.landing, self.forbidden, self.enabled = cache(self._landing), cache(self._forbidden), cache(self._enabled)
         self.equations, self.ending, self.lively = cache(self._equations), cache(self._ending), cache(self._lively)
         self.stays = set[Any]()  # modes, entries and dwells that are known to be right, whatever the time
-        self.timeless = not any(n[0] == "time" for n in nodes(self.a))
+        self.timeless = '["time"]' not in json.dumps(self.a, separators=(",", ":"))
 
     def _domain(self, mode: str) -> Formula:
         """The state is in the domain, read as closed (S6)."""

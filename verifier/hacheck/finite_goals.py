@@ -7,11 +7,12 @@ from typing import Any
 
 from hacheck import bernstein
 from hacheck.core import Core, by_name
-from hacheck.expressions import Instant, Scope
+from hacheck.expressions import Instant
 from hacheck.finite import Env, Finite, World
 from hacheck.formula import disj, variables
 from hacheck.polynomial import const
 from hacheck.rational import Refused, number
+from hacheck.scope import Scope
 
 Json = Any
 FIELDS: dict[str, set[str]] = {"enumerated": set(), "witness": {"values"}, "boxes": {"proof", "verdict"}}

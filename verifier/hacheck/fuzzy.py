@@ -130,13 +130,13 @@ class Systems:
         spend(5)
         if e[0] == "is" and len(e) == 3:
             return self.degree(name, e[1], e[2], at)
-        if e[0] == "not" and len(e) == 2:
-            return minus(ONE, self.premise(name, e[1], at))
-        if e[0] in ("and", "or") and len(e) > 1:
-            op = "min" if e[0] == "and" else "max"
-            made = lambda: least(op, [self.premise(name, a, at) for a in e[1:]])  # noqa: E731
-            return self._remembered(("premise", name, json.dumps(e)), at, made)
+        if e[0] in ("and", "or", "not") and (len(e) == 2 if e[0] == "not" else len(e) > 1):
+            return self._remembered(("premise", name, json.dumps(e)), at, lambda: self._joined(name, e, at))
         raise Refused("a premise is none")
+
+    def _joined(self, name: str, e: Json, at: dict[str, Node]) -> Node:
+        parts = [self.premise(name, a, at) for a in e[1:]]
+        return minus(ONE, parts[0]) if e[0] == "not" else least("min" if e[0] == "and" else "max", parts)
 
     def _remembered(self, key: tuple[str, ...], at: dict[str, Node], make: Any) -> Node:
         whole = (*key, *(f"{v}:{id(n)}" for v, n in sorted(at.items())))
@@ -415,6 +415,8 @@ def _one_sided(t: Node) -> tuple[str, bool, Fraction] | None:
 
 def fuzzy_goal(core: Core, claim: Json, goal: Json, entry: Json) -> str:
     """What an entry about a goal on fuzzy systems shows: `proved` by a region tree, `refuted` by a point."""
+    if claim["which"]:
+        raise Beyond("`for which` beside fuzzy systems")
     unfolding = Unfolding(core, claim)
     assumed = [unfolding.truth(a) for a in core.data["assumptions"] + claim["assume"]]
     wanted, missed = unfolding.truth(goal["condition"]), unfolding.truth(goal["condition"], False)

@@ -151,8 +151,9 @@ class Interpreter:
                 k = self.index[p]
                 m[k], x[k] = e.target, value
                 n[k] = n[k] if e.set_n is None else (n[k] + 1) % 3 if e.set_n == "+1" else e.set_n
-            out.append((tuple(m), tuple(n), v if sync.set_v is None else sync.set_v, tuple(x)))
-        return out
+            new_v = v if sync.set_v is None else sync.set_v
+            out.append((tuple(m), tuple(n), new_v, tuple(x)))
+        return [r for r in out if self.allowed(r)]  # those who take no part may be outside theirs, right after now
 
     def suppressed(self, state, name, at, depth=0):
         """Is an interaction of higher priority enabled, directly or over others that the priorities name?"""

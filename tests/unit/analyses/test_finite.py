@@ -182,6 +182,12 @@ def test_goals_about_params(goal: str, verdict: type) -> None:
     assert isinstance(e.verdict, verdict)
 
 
+def test_a_bound_that_an_assumption_just_reaches() -> None:
+    head = "param m in [6, 8]\nparam k in [0, 1]\n"
+    assert isinstance(decided("m + m * k >= 7", head, "", "assume m >= 7;").verdict, Proved)
+    assert isinstance(decided("m + m * k > 7", head, "", "assume m >= 7;").verdict, Refuted)
+
+
 def test_values_of_params_that_refute_are_shown_with_units() -> None:
     e = decided("m * 2 < 14 kg", "param m: kg in [6 kg, 8 kg] default 6.5 kg\n", "")
     assert e.witness == (("m", "7 kg"),)

@@ -5,6 +5,11 @@ from fractions import Fraction
 import pytest
 from tests.unit.analyses.fuzzy_texts import FORCE, decided, spec_of, verdict, witness
 
+from haverify.elaborate.elaborate import elaborate
+from haverify.elaborate.files import Files
+from haverify.syntax.parse import parse
+from haverify.text.source import Source
+
 PUSHES = "param push: N in [0 N, 12 N]\nparam harder: N in [0 N, 12 N]\n"
 RANK = "fn rank(q: S): 1 = if q is low then 0 else 1\n"
 OTHER = """
@@ -108,3 +113,18 @@ def test_a_search_that_is_too_long_says_so():
     held = decided(spec_of(FORCE + "property p on F { holds max_firing(o) >= min(0.5, side) }"), units=0)
     assert held.verdict.kind == "budget"
     assert held.entry == {}
+
+
+def test_corners_out_of_order_are_reported_and_claims_about_them_are_open():
+    text = FORCE.replace("trap(0 N, 0 N, 4 N, 5 N)", "trap(0 N, 6 N, 4 N, 5 N)")
+    claim = "property p on F { holds covered(force, 0) }"
+    source = Source.of_text("page.ha", f'spec "Test" version "1.0"\n{text}\n{claim}\n')
+    spec, found = elaborate(parse(source)[0], Files({source.path: source}))
+    assert [d.code for d in found] == ["HA201"]
+    assert spec is not None
+    assert decided(spec).verdict.reason == "the corners of `small` do not ascend"
+
+
+def test_for_which_is_not_decided():
+    text = FORCE + "param u: 1 in [0, 1]\n"
+    assert verdict(text, "on F { for which u in [0, 2]\n holds covered(force, 0.5) or u > 0 }") == "fragment"

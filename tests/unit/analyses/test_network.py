@@ -71,6 +71,13 @@ CASES = {
     "due at an open bound": (TIMER + "system S { part t = Timer }", "never t.x > 2 s and at(t.Run)", "proved"),
     "fires at the open bound": (TIMER + "system S { part t = Timer }", "can reach at(t.Done) and t.x == 2 s", "proved"),
     "not before": (TIMER + "system S { part t = Timer }", "can reach at(t.Done) and t.x < 2 s", "refuted"),
+    "not due right after a domain ends": (
+        "automaton A { var x: s; init M with x := 0 s; flow { x' = 1 }; mode M { domain x <= 1 s } }\n"
+        "automaton B { var x: s; init M with x := 0 s; flow { x' = 1 }; mode M { urgent edge e: -> N when x > 1 s }; "
+        "mode N { domain true } }\nsystem S { part a = A; part b = B }",
+        "can reach at(b.N)",
+        "refuted",
+    ),
     # S16: urgent only as a whole
     "an urgent edge waits for its partner": (
         TWO,
@@ -113,6 +120,12 @@ CASES = {
     "within less": (TIMER + "system S { part t = Timer }", "within 1.9 s; never at(t.Done)", "proved"),
     "within no jump": (LIGHT + "system S { part a = Light }", "within 0 jumps; never at(a.Green)", "proved"),
     "within a jump": (LIGHT + "system S { part a = Light }", "within 1 jumps; never at(a.Green)", "refuted"),
+    "inside a declared range up to the horizon": (
+        "automaton A { var x: s in [0 s, 3 s]; init M with x := 0 s; mode M { flow { x' = 1 } } }\n"
+        "system S { part a = A; part b = A }",
+        "within 2.5 s; never a.x > 2.6 s",
+        "proved",
+    ),
     "during": (TIMER + "system S { part t = Timer }", "always during [2.1 s, 3 s] at(t.Done)", "proved"),
     "during, too early": (TIMER + "system S { part t = Timer }", "always during [1.9 s, 3 s] at(t.Done)", "refuted"),
 }  # fmt: skip

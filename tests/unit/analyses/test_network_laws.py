@@ -13,7 +13,7 @@ from tests.unit.elaborate.texts import read
 from hacheck.core import Core
 from hacheck.rational import Meter
 from hacheck.systems import SystemCheck, shown
-from haverify.analyses.networks.decide import decide_network
+from haverify.analyses.zones import decide_network
 from haverify.evidence.verdict import Unknown
 from haverify.model.core import to_core
 

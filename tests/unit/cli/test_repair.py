@@ -73,6 +73,17 @@ def test_the_difference_can_be_applied(haverify, write) -> None:
     assert haverify("repair", path).code == 0
 
 
+def test_the_difference_keeps_the_line_ends_of_a_file(haverify, write, tmp_path) -> None:
+    path = write("a.ha", "")
+    (tmp_path / path).write_bytes((CLOCK + WRONG).replace("\n", "\r\n").encode())
+    changed = [line for line in haverify("repair", "--diff", path).out.split("\n") if line[:1] in "+-"]
+    assert [line for line in changed if line[1:3] not in ("--", "++")] == [
+        "-property low on Clock { always y <= 0.31 deg }\r",
+        "+property low on Clock { always y <= 3.1 deg }\r",
+        "",
+    ]
+
+
 def test_accepted_findings_are_spared_in_the_text(haverify, write) -> None:
     locked = CLOCK.replace("urgent edge again: -> Run when x >= 1 s", "edge again: -> Run when x > 1 s")
     path = write("a.ha", locked + TRUE)

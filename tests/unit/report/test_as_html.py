@@ -75,6 +75,13 @@ def test_findings_have_their_source_with_carets() -> None:
     assert "known since May" in text
 
 
+def test_what_is_wrong_with_a_claim_stands_with_the_claim() -> None:
+    problem = finding(code="HA701", message="low: expected proved, got refuted", excerpt=["the expect line"])
+    text = page(whole(wrong(), findings=[problem])).text
+    assert "the expect line" not in text
+    assert text.count("expected proved, got refuted") == 2
+
+
 def test_an_interrupted_run_says_so() -> None:
     assert "Incomplete" in page(whole(claim(), complete=False)).text
 

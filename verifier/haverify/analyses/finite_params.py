@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import islice, product
 
+from haverify.analyses.bounds import Interval, narrow
 from haverify.analyses.clock_model import PI
 from haverify.analyses.placement import Tree
 from haverify.analyses.poly_range import Ranges, Work, prove
@@ -15,7 +16,7 @@ from haverify.model.hybrid import Param
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, values_of
 from haverify.obligations.denial import denial
-from haverify.obligations.formula import Formula, disjunction
+from haverify.obligations.formula import Formula, conjunction, disjunction
 from haverify.obligations.formula import variables as variables_of
 from haverify.obligations.translate import Scope
 from haverify.solvers.finite_truth import Finite
@@ -73,7 +74,17 @@ def shown_on_boxes(spec: Spec, on: str | None, assumed: Sequence[Expr], e: Expr,
     """A tree that shows `e`, or that something assumed fails, on the whole box of the params."""
     ranges = ranges_of(spec, on)
     scope = _scope(spec, on, {p: variable(p) for p in ranges}, ranges)
-    return _tree(disjunction([scope.formula(e), *(scope.formula(denial(a)) for a in assumed)]), ranges, units)
+    f = disjunction([scope.formula(e), *(scope.formula(denial(a)) for a in assumed)])
+    return _tree(f, _narrowed(conjunction(scope.formula(a) for a in assumed), ranges), units)
+
+
+def _narrowed(assumed: Formula, ranges: dict[str, tuple[Q, Q]]) -> dict[str, tuple[Q, Q]]:
+    """The ranges, cut to what is assumed of each param alone; the checker cuts them likewise."""
+    found = dict(ranges)
+    for p, x in (narrow(assumed, {p: Interval(*ends) for p, ends in ranges.items()}, {}) or {}).items():
+        if x.low is not None and x.high is not None:
+            found[p] = (x.low, x.high)
+    return found
 
 
 def denied_at(spec: Spec, on: str | None, point: Point, e: Expr, units: int) -> Tree | None:

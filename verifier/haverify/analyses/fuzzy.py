@@ -59,6 +59,8 @@ def question(spec: Spec, claim: Claim, goal: Goal) -> Question:
 
 def decide_fuzzy(spec: Spec, claim: Claim, goal: Goal, core: Mapping[str, Json], units: int) -> Held:
     """The verdict on one goal with its certificate's entry, or why it is not known."""
+    if claim.which:
+        return Held(Unknown("fragment", "`for which` beside fuzzy systems", next_step="a param with that range"))
     try:
         asked = question(spec, claim, goal)
         return _decided(asked, obligation(core, claim, goal), units * NODES)

@@ -87,7 +87,7 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
 
         return decide_holds(spec, claim, contexts.core_value(), units)
     if any(s.name == claim.on for s in spec.systems):
-        from haverify.analyses.networks.decide import decide_network
+        from haverify.analyses.zones import decide_network
 
         return decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
     missing = _missing(spec, claim)

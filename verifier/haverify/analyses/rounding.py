@@ -17,6 +17,7 @@ from haverify.analyses.questions import Setting
 from haverify.evidence.evidence import PartResult, Rounding
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown
+from haverify.model.expression import nodes
 from haverify.obligations.circle import weaker
 from haverify.obligations.denial import denial
 from haverify.obligations.formula import conjunction, negation, transform
@@ -32,6 +33,8 @@ def decide_rounding(
     context: Context, settings: Sequence[Setting], answers: Sequence[Answer], word: str, units: int
 ) -> tuple[Json, Rounding | None]:
     """What the certificate says about rounding, and the verdict; nothing where the claim reads no rounded constant."""
+    if any(a.entry.get("kind") == "signals" for a in answers):
+        return None, _over_time(context, settings)
     read = {n for a in answers for p in a.parts for n in p.constants}
     if not read & set(context.rounding):
         return None, None
@@ -43,6 +46,13 @@ def decide_rounding(
         return _for_none(context, settings, answers)
     except OutsideFragmentError as e:
         return None, Rounding(Unknown("fragment", str(e)), None)
+
+
+def _over_time(context: Context, settings: Sequence[Setting]) -> Rounding | None:
+    """Claims over time that may read rounded constants are decided for the numbers as printed only."""
+    read = any(n.op in ("let", "const") for s in settings for n in nodes(s.goal.condition))
+    reason = "claims over time are decided for the numbers as printed"
+    return Rounding(Unknown("fragment", reason), None) if read and context.rounding else None
 
 
 def _for_all(

@@ -19,7 +19,6 @@ from haverify.analyses.signals_runs import Followed
 from haverify.analyses.telling import decimal
 from haverify.evidence.verdict import Margin
 from haverify.model.expression import FALSE, TRUE, Expr, nodes, number
-from haverify.model.unit import Unit
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import COMPARISONS, OutsideFragmentError
 from haverify.text.record import record
@@ -40,16 +39,15 @@ class Critical:
     after: Q
 
 
-def unit_of(stl: Formula) -> Unit | None:
+def unit_of(stl: Formula) -> str | None:
     """The unit that all comparisons share; None where they differ, or where something else than comparisons counts."""
-    found = []
-    for e in stl.atoms:
-        if not all(_measured(x) for x in _leaves(e)):
+    found: set[str] = set()
+    for e in (x for a in stl.atoms for x in _leaves(a)):
+        if not _measured(e):
             return None
-        found += [
-            next((c.unit for c in x.children if c.unit is not None), None) for x in _leaves(e) if x.op in COMPARISONS
-        ]
-    return found[0] if found and len({str(u) for u in found}) == 1 else None
+        if e.op in COMPARISONS:
+            found.add(next((str(c.unit) for c in e.children if c.unit is not None), ""))
+    return found.pop() if len(found) == 1 else None
 
 
 def _leaves(e: Expr) -> list[Expr]:
@@ -118,7 +116,7 @@ def robustness(
         low = best[0] if everywhere is None else _of_all(stl, best[0], everywhere)
     except OutsideFragmentError:
         return None
-    return Margin(rounded_down(low), -rounded_down(-best[1]), str(unit), best[2])
+    return Margin(rounded_down(low), -rounded_down(-best[1]), unit, best[2])
 
 
 def _of_run(stl: Formula, run: Followed, listed: Sequence[Critical]) -> tuple[Q | None, Q | None, Critical | None]:

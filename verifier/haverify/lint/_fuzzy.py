@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from haverify.lint._facts import Facts
-from haverify.model.expression import Expr
+from haverify.model.expression import Expr, nodes
 from haverify.model.fuzzy import FuzzyController, FuzzyRule
 from haverify.model.spec import Spec
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from haverify.analyses.regions import Truth
 
 NODES = 20_000
+_OPS = frozenset({"fuzzyinput", "strength", "max_firing", "covered", "fuzzy"})
 Premise = tuple[object, ...]
 
 
@@ -76,6 +77,11 @@ def shown(meaning: Meaning, point: Mapping[str, Fraction]) -> str:
     from haverify.analyses.fuzzy_telling import quantity
 
     return ", ".join(f"{v} = {quantity(q, meaning.units[v])}" for v, q in sorted(point.items()))
+
+
+def speaks_of_fuzzy(e: Expr) -> bool:
+    """Does a condition read fuzzy systems? Then the claim itself says where it cannot hold (unknown, vacuous)."""
+    return any(n.op in _OPS for n in nodes(e))
 
 
 def rule_name(system: FuzzyController, rule: FuzzyRule) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
 from haverify.lint._formulas import Formula, formulas
+from haverify.lint._fuzzy import speaks_of_fuzzy
 from haverify.lint._registry import rule
 from haverify.lint.empty_interval import empty_bounds
 from haverify.model.expression import Expr
@@ -19,6 +20,8 @@ from haverify.solvers.conditions import Condition
 def contradiction(_spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """Conditions with backwards bounds are HA201 and not repeated here."""
     for formula in formulas(facts):
+        if speaks_of_fuzzy(formula.expr):
+            continue
         if formula.kind != "claim" and formula.expr.op != "true" and not any(True for _ in empty_bounds(formula)):
             core = contradiction_in(facts, formula)
             if core is not None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from haverify.diagnostics.diagnostic import Diagnostic, Label
 from haverify.lint._facts import Facts
+from haverify.lint._fuzzy import speaks_of_fuzzy
 from haverify.lint._registry import rule
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr
@@ -28,7 +29,7 @@ def contradictory_assumptions(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _of_claim(facts: Facts, spec: Spec, claim: Claim) -> Iterator[Diagnostic]:
-    if claim.assume:
+    if claim.assume and not any(map(speaks_of_fuzzy, claim.assume)):
         frame = facts.frame(facts.automata.get(claim.on or ""))
         clash = _clash(facts, f"the assumptions of {claim.name}", (*spec.assumptions, *claim.assume), frame)
         if clash is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from haverify.diagnostics.diagnostic import Edit
 from haverify.diagnostics.edits import edited_source
@@ -12,7 +13,7 @@ from haverify.repair.subject import Subject, pinned
 from haverify.text.record import replace
 from haverify.text.source import Source
 
-MOST_TRIED = 20_000
+MOST_HASHED = 100_000_000  # bytes
 
 
 def restoring(subject: Subject) -> dict[str, Change]:
@@ -28,16 +29,12 @@ def restoring(subject: Subject) -> dict[str, Change]:
 
 def _restoring(subject: Subject, source: Source, wanted: str) -> Change | None:
     assert subject.spec is not None
-    tried = 0
-    for (path, _), places in cells_by_line(subject.spec).items():
-        for change in line_changes(places, subject.text.sources) if path == source.path else ():
-            for spelled in _spellings(change):
-                tried += 1
-                if edited_source(source, spelled.edits).sha256 == wanted:
-                    return spelled
-        if tried > MOST_TRIED:
-            return None
-    return None
+    left = MOST_HASHED // max(1, len(source.raw))
+    lines = (places for (path, _), places in cells_by_line(subject.spec).items() if path == source.path)
+    changes = (
+        c for places in lines for change in line_changes(places, subject.text.sources) for c in _spellings(change)
+    )
+    return next((c for c in islice(changes, left) if edited_source(source, c.edits).sha256 == wanted), None)
 
 
 def _spellings(change: Change) -> Iterator[Change]:

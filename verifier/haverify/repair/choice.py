@@ -112,8 +112,9 @@ class Chooser:
         for change in line_changes(self.places.get(line, ()), self.sources):
             keys = self._keys(change)
             numbers = dict(change.numbers)
-            left = [t for t in self.fit.troubles(keys, numbers) if len(t.keys) == 1]
-            if keys and not left and all(k in keys for t in own for k in t.keys):
+            if not keys or not all(k in keys for t in own for k in t.keys):
+                continue
+            if not self.fit.is_outside(keys, numbers):
                 found.append(_Option(change, keys, self.fit.misfit(keys, numbers)))
         found.sort(key=lambda o: (o.misfit, o.change.order()))
         return found[:MOST_KEPT]

@@ -128,6 +128,10 @@ class Curves:
             self._ranges[key, own] = self._curve(key, own).extremes()
         return self._ranges[key, own]
 
+    def ends(self, key: Key, numbers: Numbers = AS_WRITTEN) -> tuple[Q, Q]:
+        """The values at both ends of the mode's clock values, the smaller one first."""
+        return self._curve(key, self.own(key, numbers)).ends
+
     def move(self, key: Key, numbers: Numbers = AS_WRITTEN) -> Q:
         """How far an output goes within its mode."""
         low, high = self.range(key, numbers)

@@ -55,6 +55,15 @@ class Fit:
         for j in joints.values():
             yield from self._at_edge(j, numbers)
 
+    def is_outside(self, keys: Iterable[Key], numbers: Numbers) -> bool:
+        """Whether some row does not meet what it has to in its mode; its ends, which cost little, are tried first."""
+        for key in keys:
+            limits = self.in_mode.get(key, ())
+            ends = self.curves.ends(key, numbers) if limits else (Q(0), Q(0))
+            if any(m.is_firm and m.excess(*ends) > 0 for m in limits):
+                return True
+        return any(True for key in keys for _ in self._in_mode(key, numbers))
+
     def _in_mode(self, key: Key, numbers: Numbers) -> Iterator[Trouble]:
         for limit in self.in_mode.get(key, ()):
             excess = limit.excess(*self.curves.range(key, numbers))

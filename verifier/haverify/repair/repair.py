@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
+from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Edit
 from haverify.evidence.verdict import Refuted
 from haverify.repair.bound_repairs import bound_repairs
@@ -41,7 +42,7 @@ def repair(
         [k for k in asked.findings(state) if k in before.findings], _unblamed(state, asked.claims(state), hopeless)
     )
     state, together, kept = _together(trials, proposals)
-    remarks = [*_undecided(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
+    remarks = [*_remarks(state, asked), *(["there are more changes than were tried"] if search.was_cut else [])]
     edits = _edits(kept)
     return Outcome(
         tuple(kept), together, (*edits, *hash_edits(before.text, list(edits))),
@@ -79,7 +80,7 @@ class _Asked:
             speaking = {t.limit.claim if t.limit else "" for t in h.troubles}
             doubt = f"; or {speaking.pop()}, which alone speaks against it, is wrong" if len(speaking) == 1 else ""
             yield f"{lines}: no single change of a cell makes the row fit{doubt}"
-        yield from (f"finding {k}" for k in self.findings(subject))
+        yield from (f"finding {k}" for k in self.findings(subject) if is_error(subject.findings[k]))
         yield from (f"{n}: violated in {'; '.join(subject.broken(n))}" for n in broken)
 
 
@@ -135,9 +136,12 @@ def _place(p: Proposal) -> tuple[str, int]:
     return (first.path, first.start)
 
 
-def _undecided(subject: Subject, asked: _Asked) -> Iterator[str]:
+def _remarks(subject: Subject, asked: _Asked) -> Iterator[str]:
     names = [n for n, c in subject.claims.items() if asked.is_about(n) and expected(c) != "unknown"]
     open_ = [n for n in names if subject.verdict(n) == "unknown"]
     if open_:
         shown = ", ".join(open_[:3]) + (", ..." if len(open_) > 3 else "")
-        yield f"{len(open_)} claims are undecided ({shown}): no change was sought for them"
+        yield f"undecided, so no change was sought: {shown}"
+    warnings = [k for k in asked.findings(subject) if not is_error(subject.findings[k])]
+    if warnings:
+        yield f"warnings that no small change removes: {len(warnings)}; `haverify lint` shows them"

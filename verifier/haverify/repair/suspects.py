@@ -42,18 +42,22 @@ def claim_spans(text: Text, claim: Claim, goals: Collection[int]) -> list[Span]:
     return []
 
 
+_MODELS = (t.Automaton, t.System, t.Cellular, t.Relation, t.Fuzzy)
+
+
 def model_spans(text: Text, claim: Claim) -> list[Span]:
-    """What a claim is about: the automaton with that which it is made from, rules, and the spec's own numbers."""
+    """What a claim is about, with that which it is made from or put together of, and the spec's own numbers."""
     found: list[Span] = []
     wanted = {(claim.on or "").rsplit("_", 1)[-1], claim.on or ""} - {""}
     bodies = [item.body for tree in text.trees for item in tree.items]
-    for body in bodies:
+    for body in reversed(bodies):  # what is made of something stands behind it
         if isinstance(body, t.Instance) and body.name in wanted:
             wanted |= set(_names(body.base))
             found.append(body.span)
-    found += [
-        b.span for b in bodies if isinstance(b, t.Automaton | t.System | t.Cellular | t.Relation) and b.name in wanted
-    ]
+        elif isinstance(body, t.System) and body.name in wanted:
+            parts = [m.body for m in body.members if isinstance(m.body, t.Part)]
+            wanted |= {name for part in parts for name in _names(part.base)}
+    found += [b.span for b in bodies if isinstance(b, _MODELS) and b.name in wanted]
     return found + [b.span for b in bodies if isinstance(b, t.Const | t.Param)]
 
 

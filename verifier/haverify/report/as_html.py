@@ -32,7 +32,8 @@ def as_html(report: Report, material: Material) -> str:
     """The text of `index.html`."""
     anchors = {c.name: f"claim-{k}" for k, c in enumerate(report.claims, 1)}
     figures = plots.of_model(material)
-    new, accepted = ([f for f in report.findings if (f.accepted is None) is b] for b in (True, False))
+    told = [f for f in report.findings if not (f.code.startswith("HA7") and f.message.split(": ")[0] in anchors)]
+    new, accepted = ([f for f in told if (f.accepted is None) is b] for b in (True, False))
     top = [_header(report), _verdicts(report, anchors), findings_section("Findings", new)]
     end = [findings_section("Accepted findings", accepted), _model(figures), _repeat(report)]
     used = sum(len(part.encode("utf-8", "replace")) for part in (*top, *end))
@@ -93,7 +94,8 @@ def _row(c: Claim, anchors: Mapping[str, str], has_rounding: bool) -> list[Html]
     cells = [cell(name, kind="text"), cell(badge(c.verdict, f"{c.verdict} {known}".strip()))]
     cells.append(cell(expected, kind="wanted" if c.ok else ""))
     at = element("span", f" at {c.margin.at}", kind="soft small") if c.margin and c.margin.at else Html("")
-    why = element("div", inline(clipped(c.because, 160)), kind="soft small") if c.because and c.ok else Html("")
+    remark = (c.because if c.ok else next(iter(c.problems), c.reason)) or ""
+    why = element("div", inline(clipped(remark, 160)), kind="soft small") if remark else Html("")
     cells.append(cell(with_unit(c.margin) if c.margin else "", at, why, kind="room"))
     cells += [cell(_ROUNDING[c.rounding.verdict] if c.rounding else "", kind="n rounding")] if has_rounding else []
     return [*cells, cell(c.trust or "", kind="n"), cell(f"{c.wall_s:.2f} s", kind="time")]

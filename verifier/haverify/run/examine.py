@@ -14,6 +14,7 @@ from haverify.errors import UsageError
 from haverify.model.spec import Spec
 from haverify.report import allow, baseline
 from haverify.run import lockfile
+from haverify.run.confinement import is_confined
 from haverify.syntax.tree import Tree
 from haverify.text.record import field, record
 from haverify.text.source import Source
@@ -35,6 +36,12 @@ class Examined:
     record: baseline.Baseline = field(default_factory=baseline.Baseline)
     lock: Path | None = None
     name: str = ""
+    is_confined: bool = True  # whether errors without meaning concern only what the model lacks
+
+    @property
+    def can_decide(self) -> bool:
+        """Whether the claims of the model mean what their author wrote."""
+        return self.spec is not None and (self.has_meaning or self.is_confined)
 
     @property
     def has_meaning(self) -> bool:
@@ -56,11 +63,12 @@ def examine(path: str, lock: Path | None = None, select: tuple[str, ...] = (), u
     ------
     UsageError      if the spec or its lock file cannot be read
     """
-    spec, sources, found = read(path)
+    spec, sources, found, trees = _read(path)
     if spec is not None and not any(is_meaningless(d) for d in found):
         found += _linted(spec, sources, use_cache)
+    confined = spec is not None and is_confined(spec, found, trees)
     kept = [d for d in settle(found) if _selected(d, select)]
-    return _with_reasons(Examined(path, spec, sources, kept, {}), lock, bool(select))
+    return _with_reasons(Examined(path, spec, sources, kept, {}, is_confined=confined), lock, bool(select))
 
 
 def _linted(spec: Spec, sources: Mapping[str, Source], use_cache: bool) -> list[Diagnostic]:
@@ -83,6 +91,10 @@ def read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic]]:
     ------
     UsageError      if the file itself cannot be read
     """
+    return _read(path)[:3]
+
+
+def _read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic], list[Tree]]:
     from haverify.elaborate.elaborate import elaborate
     from haverify.run.load import load
 
@@ -92,7 +104,7 @@ def read(path: str) -> tuple[Spec | None, dict[str, Source], list[Diagnostic]]:
     spec, more = elaborate(loaded.tree, loaded.files)
     others = {s.path: s for s in loaded.files.data.values()}
     trees = [loaded.tree, *loaded.files.trees.values()]
-    return spec, {**others, **loaded.sources}, [*found, *_independent(more, found, trees)]
+    return spec, {**others, **loaded.sources}, [*found, *_independent(more, found, trees)], trees
 
 
 _SYNTAX = ("HA001", "HA003")
@@ -138,4 +150,5 @@ def _with_reasons(e: Examined, lock: Path | None, is_partial: bool) -> Examined:
     if e.spec is not None and e.has_meaning and not is_partial:
         claims = {c.name for c in e.spec.claims if c.expect and c.expect.verdict == "refuted"}
         about = allow.about(allowed, e.found) + baseline.stale(record, others, claims, sources, today)
-    return Examined(e.path, e.spec, sources, settle([*e.found, *about]), accepted, record, file, name)
+    found = settle([*e.found, *about])
+    return Examined(e.path, e.spec, sources, found, accepted, record, file, name, e.is_confined)

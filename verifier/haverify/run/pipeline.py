@@ -123,8 +123,8 @@ def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Op
 
 
 def _core(e: Examined) -> tuple[Mapping[str, Any], str]:
-    """The core and its canonical text, where the spec has a meaning; else both empty."""
-    if e.spec is None or not e.has_meaning:
+    """The core and its canonical text, where the claims have a meaning; else both empty."""
+    if e.spec is None or not e.can_decide:
         return {}, ""
     from haverify.model.core import canonical, to_core
 

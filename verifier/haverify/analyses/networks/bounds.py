@@ -100,6 +100,8 @@ class Bounds:
                 marks.add(self._found(x.guards), False)
         marks.add(self._found([g for pairs in net.over.values() for _, g in pairs]), False)
         marks.add(self._found(self.claims), False)
+        for n, window in net.windows.items():
+            marks.add(literals(net.terms.clock_bounds(n, *window)) if n in net.clocks else (), False)
         for place, table in self._sources.items():
             own = {c for n, c in net.clocks.items() if n.startswith(part_of(place))}
             marks.join(table, frozenset(own))

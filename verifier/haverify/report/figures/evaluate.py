@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 from operator import ge, gt, le, lt
 from typing import Any
 
 from haverify.report.figures.material import Json, Material, Undrawable
+from haverify.report.figures.polynomials import COMBINED, Coefficients, evaluated, product
 from haverify.text.record import field, holder
 
 State = dict[str, float]
 Value = Callable[[State], float]
-Coefficients = list[float]
 
 _STEP = 1e-5  # of central differences, relative to the range of no clock smaller than a second
 _DEPTH = 60
-_DEGREE = 300
 
 
 @holder
@@ -50,7 +49,7 @@ class Scope:
             if self.depth > _DEPTH:
                 raise Undrawable
             p = self.polynomial(e)
-            return self._of(str(e[0]), e[1:]) if p is None else _evaluated(*p)
+            return self._of(str(e[0]), e[1:]) if p is None else evaluated(*p)
         finally:
             self.depth -= 1
 
@@ -82,13 +81,13 @@ class Scope:
         names = {p[0] for p in known if p[0] is not None}
         if len(known) < len(inner) or len(names) > 1:
             return None
-        return next(iter(names), None), _COMBINED[op]([p[1] for p in known])
+        return next(iter(names), None), COMBINED[op]([p[1] for p in known])
 
     def _power(self, args: list[Any]) -> tuple[str | None, Coefficients] | None:
         if not isinstance(args[1], str) or not args[1].isdigit() or int(args[1]) > 40:
             return None
         p = self.polynomial(args[0])
-        return p and (p[0], _times([p[1]] * int(args[1])))
+        return p and (p[0], product([p[1]] * int(args[1])))
 
     def _by_name(self, op: str, name: str) -> tuple[str | None, Coefficients] | None:
         """What a name stands for, computed once."""
@@ -151,7 +150,7 @@ class Scope:
         p = self.polynomial(args[0])
         if p is not None:
             rate = self.value(self.rates[p[0]])({}) if p[0] is not None else 0.0
-            return _evaluated(p[0], [k * c * rate for k, c in enumerate(p[1])][1:] or [0.0])
+            return evaluated(p[0], [k * c * rate for k, c in enumerate(p[1])][1:] or [0.0])
         inner = self.value(args[0])
         rates = {name: self.value(rate)({}) for name, rate in self.rates.items()}
 
@@ -165,54 +164,6 @@ class Scope:
 
 _NAMED = ("let", "at", "sym", "scale", "pi", "if", "der")
 _POLYNOMIAL = ("var", "const", "param", "let", "scale", "+", "-", "neg", "*", "^")
-
-
-def _evaluated(name: str | None, coefficients: Coefficients) -> Value:
-    """The polynomial as a function, by Horner's rule."""
-    if name is None or len(coefficients) == 1:
-        return _constant(coefficients[0])
-    highest_first = coefficients[::-1]
-
-    def value(s: State) -> float:
-        x, total = s[name], 0.0
-        for c in highest_first:
-            total = total * x + c
-        return total
-
-    return value
-
-
-def _sum(terms: Sequence[Coefficients]) -> Coefficients:
-    total = [0.0] * max(map(len, terms))
-    for t in terms:
-        for k, c in enumerate(t):
-            total[k] += c
-    return total
-
-
-def _times(factors: Sequence[Coefficients]) -> Coefficients:
-    product = [1.0]
-    for f in factors:
-        if len(product) + len(f) > _DEGREE:
-            raise Undrawable
-        longer = [0.0] * (len(product) + len(f) - 1)
-        for i, a in enumerate(product):
-            for k, b in enumerate(f):
-                longer[i + k] += a * b
-        product = longer
-    return product
-
-
-def _negated(terms: Sequence[Coefficients]) -> Coefficients:
-    return [-c for c in terms[0]]
-
-
-_COMBINED: dict[str, Callable[[Sequence[Coefficients]], Coefficients]] = {
-    "+": _sum,
-    "-": lambda terms: _sum([terms[0], _negated(terms[1:])]),
-    "neg": _negated,
-    "*": _times,
-}
 
 
 def scope(material: Material, automaton: Json, mode: Json) -> Scope:

@@ -57,7 +57,8 @@ def _input(i: Json, left: float, top: float, width: float) -> list[str]:
         corners = [(q, degree(term, q)) for q in _turns(term, low, high)]
         parts.append(svg.polyline([(x(q), top + _HEIGHT * (1 - d)) for q, d in corners], f"term t{k % _TERMS}"))
         peak = [x(q) for q, d in corners if d == max(d for _, d in corners)]
-        middle = min(max((min(peak) + max(peak)) / 2, left + 20), left + width - 20)
+        half = 0.55 * svg.text_width(term["name"])
+        middle = min(max((min(peak) + max(peak)) / 2, left + half + 4), left + width - half - 4)
         parts.append(
             svg.label(
                 middle,

@@ -1,4 +1,11 @@
-"""Claims about systems decided: `always`, `never` and `can reach` by exploration, with a certificate or a run."""
+"""Claims about systems: `always`, `never`, `can reach` (and `stuck` in them), by exploring their states.
+
+For systems whose parts have discrete variables and clocks that never stop: one constant rate in all modes, compared
+with numbers or with each other. The states are those of the parts together with a zone of clock values (bounds on
+clocks and their differences), explored breadth first; beyond the last number a clock is compared with, its value is
+forgotten; members of a family of parts that can trade places are not told apart. `proved` rests on a list of states
+that no run leaves, `refuted` on the run with the fewest jumps. A horizon adds a clock for the time where it decides.
+"""
 
 from __future__ import annotations
 
@@ -56,6 +63,7 @@ class Systems:
     made: dict[Any, Exploration] = field(default_factory=dict)
     files: dict[int, tuple[str, Json]] = field(default_factory=dict)
     scales: dict[str, int] = field(default_factory=dict)
+    reached: int = 0  # states of the largest exploration that was given up
 
     def exploration(self, q: Question, limit: Fraction | None, effort: Effort, is_exact: bool) -> Exploration:
         """The exploration for a question, up to a time."""
@@ -76,6 +84,7 @@ class Systems:
     def drop(self, x: Exploration) -> None:
         """Forget an exploration that stopped in the middle of a step."""
         self.made = {k: v for k, v in self.made.items() if v is not x}
+        self.reached = max(self.reached, len(x.nodes))
 
     def refine(self, q: Question, factor: int) -> None:
         """Count time in a finer unit from now on."""
@@ -146,6 +155,9 @@ def _tells_time(network: Network) -> bool:
 
 def decide_network(claim: Claim, core: Mapping[str, Json], share: Fraction) -> Evidence:
     """What an exploration finds out about a claim on a system; `share` scales the work, 1 being usual."""
+    if claim.method is not None and claim.method[0] != METHOD:
+        text = f"`method {claim.method[0]}` does not decide systems; without it `{METHOD}` is used"
+        return Evidence(Unknown("fragment", text), (), METHOD)
     data = next(c for c in core["claims"] if c["name"] == claim.name)
     effort = Effort(int(STEPS * share))
     found = [_goal(systems_of(core), data, goal, effort) for goal in data["goals"]]
@@ -205,10 +217,15 @@ def _goal(systems: Systems, claim: Json, goal: Json, effort: Effort) -> Found:
     except OutsideFragmentError as e:
         return Found(Unknown("fragment", str(e)))
     except SpentError:
-        reached = sum(len(x.nodes) for x in systems.made.values())
         step = "a larger `--budget`, fewer parts, or a shorter horizon"
         return Found(
-            Unknown("budget", "the system has more states than were explored", f"{reached} symbolic states", "", step)
+            Unknown(
+                "budget",
+                "the system has more states than were explored",
+                f"{systems.reached} symbolic states",
+                "",
+                step,
+            )
         )
     except RecursionError:
         return Found(Unknown("fragment", "an expression is nested too deeply"))
@@ -268,9 +285,7 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     for node in x.reached():
         count += 1
         if net.space.meet(node.zone, negation(net.window(node.state))):
-            return Found(
-                Unknown("window", "a variable leaves its declared range, and what happens then is not followed")
-            )
+            return Found(_left(net, node))
         bad = _bad_instants(net, wanted, node, x) if has_events else _bad_states(net, wanted, node)
         for more in bad:
             run = concrete_run(x, [*(n.state for n in x.path(node)), *more], _end(net, wanted, has_events))
@@ -284,6 +299,14 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
     entry = {"kind": "states", "states": name, "hash": q.hash()}
     verdict = Refuted() if q.is_reach else Proved()
     return Found(verdict, entry, {name: file}, notes=tuple(_facts(q, x, file)))
+
+
+def _left(net: Network, node: Node) -> Unknown:
+    """A declared range is left (S4)."""
+    ends = {n: net.terms.clock_bounds(n, *w) for n, w in net.windows.items() if n in net.clocks}
+    names = [n for n, f in ends.items() if net.space.meet(node.zone, negation(f))] or list(net.windows)
+    text = f"`{names[0]}` leaves its declared range, and what happens after that is not followed (LANGUAGE S4)"
+    return Unknown("window", text, next_step="declare it without a range, or give the claim a horizon")
 
 
 def _bad_states(net: Network, wanted: Json, node: Node) -> Iterator[list[State]]:
