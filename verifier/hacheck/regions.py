@@ -223,7 +223,8 @@ class Narrowing:
         else:
             best = max(n.parts, key=lambda m: (m.low, m.high))
             kept = [m for m in n.parts if m is best or m.high > best.low]
-        if self.crossed and len(kept) < 9:
+        read = [m.names for m in kept if m.op == "lin" and m.names]
+        if len(kept) < 9 and (self.crossed or len(set(read)) < len(read)):
             kept = self._undominated(op, kept)
         made = least(op, kept)
         if made.op == op:

@@ -274,3 +274,16 @@ def test_a_run_names_the_values_of_truths_and_enumerations(haverify: Call, write
     run = read_report(tmp_path)["claims"][0]["run"]
     assert run["states"][1] == {"x": "0", "on": "1", "gear": "1"}
     assert run["states_decimal"][1] == {"x": "0", "on": "true", "gear": "High"}
+
+
+def test_figures_from_the_cache_are_those_drawn_anew(
+    haverify: Call, write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, pages = write("m.ha", CLOCK + TRUE + FALSE), []
+    for options in (["--no-cache"], [], []):
+        if len(pages) == 2:  # the third time nothing is drawn
+            monkeypatch.setattr("haverify.report.as_html.of_claim", lambda *_: pytest.fail("drawn again"))
+        haverify("check", path, *options)
+        pages.append(without_times(tmp_path / "reports" / "m")["index.html"])
+    assert b"<svg" in pages[0]
+    assert pages[0] == pages[1] == pages[2]

@@ -258,7 +258,7 @@ class Narrowing:
         else:
             best = max(n.parts, key=lambda m: (m.low, m.high))
             kept = [m for m in n.parts if m is best or m.high > best.low]
-        if self.region.is_crossed and len(kept) < _FEW:
+        if len(kept) < _FEW and (self.region.is_crossed or _have_equal_names(kept)):
             kept = self._undominated(op, kept)
         made = extreme(op, kept)
         if made.op == op:
@@ -322,6 +322,12 @@ def _chosen(n: Node, parts: Iterable[Truth]) -> Truth:
     """What holds of a choice, by what holds of its two numbers."""
     first, second = parts
     return either([both([n.parts[0], first]), both([denied(n.parts[0]), second])])
+
+
+def _have_equal_names(nodes: list[Node]) -> bool:
+    """Do two linear numbers read the same names?"""
+    read = [n.names for n in nodes if n.op == "lin" and n.names]
+    return len(set(read)) < len(read)
 
 
 def _is_among(a: Node, b: Node) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from itertools import chain
 from typing import Any
 
 from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
@@ -78,18 +77,24 @@ class Search:
 
 def cut(truth: Node, region: Region) -> Cut:
     """A direction and a number where an open comparison changes; along an axis, where many do, if possible."""
+    useful: dict[Cut, int] = {}
+    for crossing in (False, True):
+        useful |= _useful(_cuts(truth, crossing), region)
+        straight = {c: n for c, n in useful.items() if len(c[0]) == 1}
+        if straight:
+            return max(straight, key=lambda c: (straight[c], -_off_middle(c, region)))
+    return max(useful, key=lambda c: useful[c]) if useful else _halved(truth, region)
+
+
+def _useful(cuts: Iterator[Cut], region: Region) -> dict[Cut, int]:
+    """How often cuts inside the region occur, of the first few, or of the first one that is there later."""
     counts: dict[Cut, int] = {}
-    for k, found in enumerate(_cuts(truth)):
-        counts[found] = counts.get(found, 0) + 1
-        if k > ENOUGH:
+    for k, found in enumerate(cuts):
+        if found in counts or _is_inside(found, region):
+            counts[found] = counts.get(found, 0) + 1
+        if k >= ENOUGH and counts:
             break
-    useful = {c: n for c, n in counts.items() if _is_inside(c, region)}
-    straight = {c: n for c, n in useful.items() if len(c[0]) == 1}
-    if straight:
-        return max(straight, key=lambda c: (straight[c], -_off_middle(c, region)))
-    if useful:
-        return max(useful, key=lambda c: useful[c])
-    return _halved(truth, region)
+    return counts
 
 
 def _is_inside(c: Cut, region: Region) -> bool:
@@ -114,25 +119,18 @@ def _width(ends: Ends) -> Fraction:
     return ends[1][0] - ends[0][0]
 
 
-def _cuts(t: Node) -> Iterator[Cut]:
+def _cuts(t: Node, crossing: bool) -> Iterator[Cut]:
+    """Where pieces, and with `crossing` the two sides, of open comparisons change their order."""
     if t.op in ("and", "or"):
         for part in t.parts:
-            yield from _cuts(part)
-    else:
-        yield from _between(t.parts[0], t.parts[1], t.parts[2])
-
-
-def _between(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
-    """Where the order of two numbers may change."""
-    if not a.names or not b.names:
-        yield from _crossings(a, b, strict)
+            yield from _cuts(part, crossing)
         return
-    straight = False
-    for found in chain(_inside(a), _inside(b)):
-        straight = straight or len(found[0]) == 1
-        yield found
-    if not straight:
+    a, b, strict = t.parts
+    if crossing or not a.names or not b.names:
         yield from _crossings(a, b, strict)
+    else:
+        yield from _inside(a)
+        yield from _inside(b)
 
 
 def _crossings(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
@@ -158,7 +156,7 @@ def _pieces(n: Node) -> Iterator[Node]:
 
 def _conditions(n: Node) -> Iterator[Cut]:
     if n.op == "if" and not isinstance(n.parts[0], bool):
-        yield from _cuts(n.parts[0])
+        yield from _cuts(n.parts[0], True)
     if n.op in ("min", "max", "if"):
         for m in n.parts[1:] if n.op == "if" else n.parts:
             yield from _conditions(m)

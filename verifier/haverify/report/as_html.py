@@ -6,6 +6,7 @@ The page stays under a megabyte: what does not fit is left out and said, claims 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from haverify.report.exit_codes import MEANING, OK, UNDECIDED
 from haverify.report.figures import plots
@@ -31,7 +32,7 @@ _ROUNDING = {"proved": "holds", "refuted": "violated", "unknown": "unknown"}
 def as_html(report: Report, material: Material) -> str:
     """The text of `index.html`."""
     anchors = {c.name: f"claim-{k}" for k, c in enumerate(report.claims, 1)}
-    figures = plots.of_model(material)
+    figures = material.drawn_once("model", lambda: plots.of_model(material))
     told = [f for f in report.findings if not (f.code.startswith("HA7") and f.message.split(": ")[0] in anchors)]
     new, accepted = ([f for f in told if (f.accepted is None) is b] for b in (True, False))
     top = [_header(report), _verdicts(report, anchors), findings_section("Findings", new)]
@@ -113,7 +114,7 @@ def _claims(r: Report, anchors: Mapping[str, str], material: Material, used: int
     for c in sorted(r.claims, key=lambda c: c.ok):
         if used > _FULL:
             break
-        drawn = of_claim(material, c) if used < _FIGURES else []
+        drawn = material.drawn_once(f"claim {c.name}", partial(of_claim, material, c)) if used < _FIGURES else []
         section = claim_section(c, anchors[c.name], drawn, _command(r, c))
         size = len(section.encode("utf-8", "replace"))
         if used + size <= _CLAIMS:

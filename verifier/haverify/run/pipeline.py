@@ -18,7 +18,6 @@ from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.claim import Claim
 from haverify.model.spec import Spec
 from haverify.report import exit_codes, gate, report, unrecorded
-from haverify.report.as_html import as_html
 from haverify.report.as_json import as_json
 from haverify.report.as_junit import as_junit
 from haverify.report.as_markdown import as_markdown
@@ -32,7 +31,7 @@ from haverify.run.examine import Examined, examine
 from haverify.run.folder import ReportFolder, certificate_file, obligation_file
 from haverify.run.keys import reproducibility
 from haverify.run.lockfile import refuted_text
-from haverify.run.material import material
+from haverify.run.page import page
 from haverify.run.told import told
 from haverify.text.record import record, replace
 
@@ -116,7 +115,7 @@ def _checked(e: Examined, claims: list[Claim], folder: ReportFolder, options: Op
     assembler = Assembler(e.spec, e.sources) if e.spec else None
     entries = [_claim(assembler, c, decided, judged[c.name]) for c in claims] if assembler else []
     result = _report(e, entries, problems, decided, judged, core, options, started)
-    _write(folder, result, claims, decided)
+    _write(folder, result, claims, decided, options.use_cache)
     if options.report is not None:
         folder.finish()
     return Outcome(e, decided.evidence, result, problems, options.report, decided.faults, [])
@@ -227,14 +226,15 @@ def _kernel() -> str:
     return source_hash(CRATE) or VERSION
 
 
-def _write(folder: ReportFolder, r: report.Report, claims: Sequence[Claim], decided: Decided) -> None:
+def _write(folder: ReportFolder, r: report.Report, claims: Sequence[Claim], decided: Decided, use_cache: bool) -> None:
     for claim in claims:
         folder.add(obligation_file(claim.name), _obligations(claim, decided.evidence[claim.name]))
-    folder.add("report.json", as_json(r))
+    text = as_json(r)
+    folder.add("report.json", text)
     folder.add("summary.md", as_markdown(r))
     folder.add("report.sarif", as_sarif([r]))
     folder.add("junit.xml", as_junit([r]))
-    folder.add("index.html", as_html(r, material(folder.path)))
+    folder.add("index.html", page(r, folder.path, text, use_cache))
 
 
 def _obligations(claim: Claim, evidence: Evidence) -> str:

@@ -200,6 +200,7 @@ class Network:
     def moves(self, s: State) -> list[Move]:
         """The ways to fire in a discrete state, priorities applied (S14 to S17)."""
         if s not in self._moves:
+            self.effort.spend(20 * len(self.interactions))
             ways = {n: list(self._ways(i, s)) for n, i in self.interactions.items()}
             ready = {n: disjunction(m.where for m in ms) for n, ms in ways.items()}
             found = []

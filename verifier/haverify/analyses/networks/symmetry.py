@@ -258,7 +258,7 @@ def everything(network: Network) -> Iterator[Json]:
         yield ["or", "init", *(_line(p, i) for i in p.model["init"])]
     fired = {n: _fired(network, i) for n, i in network.interactions.items()}
     if len({normal_form(f) for f in fired.values()}) < len(fired):
-        yield ["jumped"]
+        yield ["jumped"]  # which no exchange takes: two interactions alike could not be told apart in priorities
     yield from fired.values()
     for n, above in network.over.items():
         yield from (["over", fired[a], fired[n], when] for a, when in above)

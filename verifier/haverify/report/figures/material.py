@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from haverify.text.record import field, record
@@ -25,6 +26,13 @@ class Material:
     scopes: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)  # what is computed once
     points: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)
     index: dict[str, dict[str, Json]] = field(default_factory=dict, compare=False)
+    figures: dict[str, list[Figure]] = field(default_factory=dict, compare=False)  # by what they are of
+
+    def drawn_once(self, of: str, draw: Callable[[], list[Figure]]) -> list[Figure]:
+        """The figures of something, drawn when first asked for."""
+        if of not in self.figures:
+            self.figures[of] = draw()
+        return self.figures[of]
 
     def listed(self, key: str) -> list[Json]:
         """The objects of a list of the core; those of another kind are left out."""
