@@ -334,8 +334,11 @@ def _goals(claim: Json, certificate: Json, setting: Setting) -> tuple[str, list[
     if not isinstance(given, list) or len(given) != len(claim["goals"]) or not given:
         raise Refused("its certificate does not have one entry for each goal")
     found: list[tuple[str, str, str]] = []
-    verdicts = []
+    verdicts: list[str | None] = []
     for goal, entry in zip(claim["goals"], given, strict=True):
+        if entry == {}:  # what is left open may speak of no instant at all
+            verdicts.append(None)
+            continue
         v, listed = Question(setting, claim, goal).verdict(entry)
         verdicts.append(v)
         found += listed
