@@ -68,6 +68,7 @@ class Systems:
     def __init__(self, core: Core) -> None:
         self.of = by_name(core.data["fuzzy"], "fuzzy systems")
         self._memory: dict[tuple[str, ...], Node] = {}
+        self._roots: dict[str, dict[str, Json]] = {}
 
     def system(self, name: str) -> Json:
         """The system, if its inference is understood."""
@@ -81,6 +82,8 @@ class Systems:
         """The real inputs that a system reads, those of systems it is chained to included."""
         if depth > 50:
             raise Beyond("too long a chain of fuzzy systems")
+        if name in self._roots:
+            return self._roots[name]
         out: dict[str, Json] = {}
         for i in by_name(self.system(name)["inputs"], "fuzzy inputs").values():
             found = self.roots(i["source"][0], depth + 1) if i["source"] else {i["name"]: i}
@@ -88,7 +91,8 @@ class Systems:
                 if n in out and any(out[n][k] != root[k] for k in ("unit", "low", "high")):
                     raise Beyond("two inputs of one name with different units or ranges")
                 out[n] = root
-        return out
+        spend(len(out))
+        return self._roots.setdefault(name, out)
 
     def degree(self, name: str, word: str, term: str, at: dict[str, Node]) -> Node:
         """How far an input belongs to a term."""

@@ -5,7 +5,9 @@ import pytest
 from haverify.elaborate.elaborate import elaborate
 from haverify.run.load import load
 
-MACHINE = 'spec "m" version "1.0"\nautomaton A {\n  var x: s\n  init M with x := 0 s\n  mode M { flow { x\' = 1 } }\n}\n'
+MACHINE = (
+    'spec "m" version "1.0"\nautomaton A {\n  var x: s\n  init M with x := 0 s\n  mode M { flow { x\' = 1 } }\n}\n'
+)
 
 
 @pytest.mark.parametrize("clause, name", [('import "m.ha"', "A"), ('import "m.ha" as m', "m.A")])

@@ -13,7 +13,6 @@ from haverify.analyses.fuzzy_telling import told
 from haverify.analyses.holds import Held
 from haverify.analyses.regions import Truth, both, denied, either, holds_at
 from haverify.analyses.regions_round import Point, rounded
-from haverify.analyses.regions_sample import sample
 from haverify.analyses.regions_search import SpentError, settle
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.digits import rational_text
@@ -76,7 +75,7 @@ def _decided(asked: Question, digest: str, nodes: int) -> Held:
     if start is None:
         return Held(Unknown("vacuous", "no input keeps what is assumed", next_step="weaken the assumptions"))
     violates = both([asked.assumed, asked.missed])
-    found = sample(violates, asked.ranges) or settle(either([denied(asked.assumed), asked.wanted]), asked.ranges, nodes)
+    found = settle(either([denied(asked.assumed), asked.wanted]), asked.ranges, nodes)
     if not isinstance(found, dict):
         return Held(Proved(), {"kind": "regions", "hash": digest, "point": _numbers(start), "tree": found})
     if not holds_at(asked.missed, found):

@@ -48,6 +48,7 @@ class Systems:
         self.by_name = {f.name: f for f in spec.fuzzy}
         self._memory: dict[tuple[object, ...], Node] = {}
         self._inputs: list[Inputs] = []
+        self._roots: dict[str, dict[str, FuzzyInput]] = {}
 
     def system(self, name: str) -> FuzzyController:
         """The system, if its inference is understood."""
@@ -61,6 +62,8 @@ class Systems:
         """The real inputs that a system reads, those of systems it is chained to included."""
         if depth > MAX_CHAIN:
             raise OutsideFragmentError(f"more than {MAX_CHAIN} fuzzy systems in a chain")
+        if name in self._roots:
+            return self._roots[name]
         out: dict[str, FuzzyInput] = {}
         for i in self.system(name).inputs:
             found = self.roots(i.source[0], depth + 1) if i.source else {i.name: i}
@@ -68,7 +71,7 @@ class Systems:
                 if n in out and _border(out[n]) != _border(root):
                     raise OutsideFragmentError(f"{name} reads two inputs `{n}` with different units or ranges")
                 out[n] = root
-        return out
+        return self._roots.setdefault(name, out)
 
     def terms(self, name: str, word: str) -> tuple[str, ...]:
         """The terms of an input."""

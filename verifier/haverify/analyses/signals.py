@@ -6,8 +6,9 @@ share is proved, or a run in one of them violates the claim, or the budget is sp
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from fractions import Fraction
+from functools import cached_property
 from itertools import islice
 from typing import Any
 
@@ -30,6 +31,7 @@ from haverify.evidence.evidence import PartResult
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
+from haverify.model.core import canonical, expr_to_json
 from haverify.model.expression import Expr, nodes, number
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, record, replace
@@ -39,6 +41,7 @@ Json = Any
 FEW, AT_FIRST = 3, 1200  # runs looked at before a proof is sought, and jumps made for that
 FURTHER, SLOW = 300, 20  # jumps made in search of a run in a share that is not proved, and when little work is left
 SOME = 6  # choices of params for which a run's robustness is looked at
+LONG = 80  # dwells of a run beyond which its robustness is not looked at
 LEAVES = 48  # shares of the params' and starts' ranges
 
 
@@ -83,6 +86,13 @@ class Search:
         word = "refuted" if expected is None else expected.verdict
         return (word == "refuted") is (self.setting.goal.kind == "stl")
 
+    @cached_property
+    def used(self) -> frozenset[str]:
+        """The params that the automaton or the formula reads."""
+        machine = next(a for a in self.context.hashes.core["automata"] if a["name"] == self.context.automaton.name)
+        text = canonical([machine, *map(expr_to_json, (self.stl.whole, *self.setting.claim.assume))]).decode()
+        return frozenset(p for p in self.context.model.params if f'["param","{p}"]' in text)
+
     @property
     def plain(self) -> tuple[tuple[Expr, Expr], ...]:
         """The atoms as they are."""
@@ -98,7 +108,7 @@ class Search:
             self._prove(found)
         if found.proved or self.run is not None:
             return found
-        cut = _widest(model, self.roots) if self.leaves < LEAVES and self.work.left > 0 else None
+        cut = _widest(model, self.roots, self.used) if self.leaves < LEAVES and self.work.left > 0 else None
         if cut is None or depth % 3 == (0 if self.first_runs else 2):
             self.run = self._violation(model, Work(max(SLOW, min(FURTHER, self.work.left))))
         if cut is not None and self.run is None:
@@ -114,7 +124,7 @@ class Search:
         until = self.stl.horizon * Q(17, 16) or Q(1)
         cells = self.context.cells(until) if root else explore(found.model, until)
         if cells.trouble is not None:
-            self.trouble = cells.trouble
+            self.trouble, self.leaves = cells.trouble, LEAVES  # shares would not be followed further
             return
         setting = replace(self.setting, model=found.model)
         reading = Reading(setting, cells, self.stl, self.plain, self.work)
@@ -142,6 +152,7 @@ class Search:
         def everywhere(atoms: Pairs) -> bool:
             return all(_kept(leaf, atoms) for leaf in leaves(found))
 
+        some = (run for run in some if len(run.nodes) <= LONG)
         return robustness(self.stl, some, everywhere if found.proved else None, self.setting.ranges)
 
     def _met(self, reading: Reading) -> Iterator[Way]:
@@ -283,10 +294,10 @@ def _atom_json(reading: Reading, atom: Expr) -> Json:
     return {"stays": stays, "jumps": jumps}
 
 
-def _widest(model: ClockModel, roots: dict[object, Q]) -> Cut | None:
-    """The param or start whose range is widest, relative to the whole."""
+def _widest(model: ClockModel, roots: dict[object, Q], used: Set[str]) -> Cut | None:
+    """The param that is used or the start whose range is widest, relative to the whole."""
     best: tuple[Q, Cut] | None = None
-    for init, name, low, high in _ranges(model):
+    for init, name, low, high in (x for x in _ranges(model) if x[0] is not None or x[1] in used):
         width = high - low
         whole = roots.setdefault((init, name), width)
         if width > 0 and (best is None or width / whole > best[0]):
