@@ -175,9 +175,7 @@ def _entry_damages(
         yield f"{name}: a part twice", _edit(path, (*at, "parts"), lambda ps: [*ps, ps[0]])
 
 
-def _part_damages(
-    name: str, path: Path, at: Keys, part: dict, spare: Collection[str]
-) -> Iterator[tuple[str, Forge]]:
+def _part_damages(name: str, path: Path, at: Keys, part: dict, spare: Collection[str]) -> Iterator[tuple[str, Forge]]:
     yield f"{name}: dropped", _put(path, at, DROP)
     yield f"{name}: hash", _put(path, (*at, "hash"), _flip(part["hash"]))
     for key in ("kind", "where", "output"):

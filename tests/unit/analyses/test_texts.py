@@ -88,25 +88,31 @@ automaton A {
 
 
 def test_a_claim_whose_premise_no_state_satisfies_is_vacuous(tmp_path):
-    text = TWO_MODES + """
+    text = (
+        TWO_MODES
+        + """
 property far on A { always x > 3 s implies x < 0 s }
 property there on A { always at(N) and x > 2 s implies x < 0 s }
 property both on A { always (x > 3 s implies x < 0 s) and (x > 4 s implies x < 1 s) }
 property one on A { always (x > 3 s implies x < 0 s) and (x > 1 s implies x < 3 s) }
 property end on A { always x >= 2 s implies at(M) }
 """
+    )
     found = decided(tmp_path, text)
     assert [kind(found[k]) for k in ("far", "there", "both")] == ["vacuous"] * 3
     assert {k: words(found)[k] for k in ("one", "end")} == {"one": "proved", "end": "proved"}
 
 
 def test_an_edge_with_an_equation_is_taken_at_the_end_of_the_domain(tmp_path):
-    text = TWO_MODES + """
+    text = (
+        TWO_MODES
+        + """
 property on on A { never stuck }
 property two on A { reach at(N) within 2 s }
 property round on A { reach jump(back) within 2.5 s }
 property soon on A { reach jump(back) within 2.4 s }
 """
+    )
     found = decided(tmp_path, text)
     assert words(found) == {"on": "proved", "two": "proved", "round": "proved", "soon": "refuted"}
 
@@ -197,11 +203,14 @@ automaton M {
 
 
 def test_an_assumption_pins_a_param(tmp_path):
-    text = CYCLE + """
+    text = (
+        CYCLE
+        + """
 property a on M { assume v == 1; always v * x <= 2 s }
 property b on M { assume v == 1; always v * x < 2 s }
 property c on M { assume v == 3; always v * x < 2 s }
 """
+    )
     found = decided(tmp_path, text)
     assert words(found) == {"a": "proved", "b": "refuted", "c": "unknown"}
     assert kind(found["c"]) == "vacuous"

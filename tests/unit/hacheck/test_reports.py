@@ -216,9 +216,7 @@ def true_folder(tmp_path):
 
 
 def test_every_damage_is_refused(tmp_path):
-    found = importlib.util.spec_from_file_location(
-        "damage", Path(__file__).parents[2] / "forgeries" / "damage.py"
-    )
+    found = importlib.util.spec_from_file_location("damage", Path(__file__).parents[2] / "forgeries" / "damage.py")
     damage = importlib.util.module_from_spec(found)
     found.loader.exec_module(damage)
     folder = true_folder(tmp_path / "true")

@@ -48,7 +48,7 @@ Condition = Atom | Every | Some | bool
 
 @holder
 class FlowModel:
-    """One mode with its flow: names of the state (variables, the params that matter, `time` if read), rates, start boxes.
+    """One mode with its flow: names of the state (variables, params that matter, `time` if read), rates, start boxes.
 
     `rest` holds what an init line says beyond bounds of single variables: the boxes allow more than it.
     """

@@ -355,8 +355,8 @@ def _margin(question: Question, proof: Sequence[Pipe]) -> Margin | None:
     unit = atom.quantity.children[0].unit if atom.quantity.op == "-" else None
     if unit is None:
         return None
-    point = next(_points(question.model.boxes[0]))
-    run = _pipe(question, tuple((q, q) for q in point), _settings(question, tuple((q, q) for q in point), is_point=True))
+    start = tuple((q, q) for q in next(_points(question.model.boxes[0])))
+    run = _pipe(question, start, _settings(question, start, is_point=True))
     is_above = atom.op in (">", ">=")
     low, at = min(_distances(question, proof, is_above, 0 if is_above else 1))
     high, _ = min(_distances(question, [run], is_above, 1 if is_above else 0))
