@@ -120,11 +120,20 @@ class Model:
         going = [self.soon(self.domain(mode), mode), *enabled, self._due(mode)]
         return bool(self.scope.modes[mode]["terminal"]) or disj(going)
 
+    def _later(self, k: int) -> Formula:
+        """Edge k is not enabled, chosen values left out where their bounds move: they may move along."""
+        at, rates = self.scope.identity(self.edges[k]["source"]), self.scope.rates(self.edges[k]["source"])
+        moving = {v for v, r in rates.items() if r.terms} | {"sigma", "time"}
+        if all(names(at.poly(r[x])).isdisjoint(moving) for r in self.sets(k) for x in ("low", "high")):
+            return self.forbidden(k, False)
+        return negated(at.condition(self.edges[k]["guard"]))
+
     def stuck(self, mode: str) -> Formula:
         """A run certainly cannot go on from here: no time passes, no edge is enabled or due (S12)."""
         leaving = self.leaving[mode] if not self.scope.modes[mode]["terminal"] else []
         now = [self.forbidden(k, False) for k in leaving]
-        then = [self.soon(f, mode) for f, k in zip(now, leaving, strict=True) if self.edges[k]["urgent"]]
+        urgent = [k for k in leaving if self.edges[k]["urgent"]]
+        then = [self.soon(self._later(k), mode) for k in urgent]
         return not self.scope.modes[mode]["terminal"] and conj([self.soon(self.outside(mode), mode), *now, *then])
 
 
@@ -249,6 +258,7 @@ class Cells:
         if not integral:
             raise Beyond("a variable may start at a value between two of its type")
         start = conj([at.condition(line["where"]), self.model.given(line["with"], at), self.model.domain(mode)])
+        start = placed(start, Env({"sigma": ZERO, "time": ZERO}))
         none = negated(start)
         box = bernstein.narrowed(none, {**scope.box, **dict.fromkeys(scope.types, FREE)})
         if box is None:

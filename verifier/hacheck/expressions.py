@@ -158,7 +158,7 @@ class Instant:
             return [(no, scale(n, -1), d) for no, n, d in out]
         if op == "^":
             k = constant(self.poly(args[1]))
-            if k is None or k.denominator != 1 or (k <= 0 and any(names(d) for _, _, d in out)):
+            if k is None or k.denominator != 1 or (k <= 0 and not all(constant(d) for _, _, d in out)):
                 raise Beyond("powers with other exponents than integers, or of quotients")
             raised = [(no, power(n, abs(int(k))), power(d, abs(int(k)))) for no, n, d in out]
             return raised if k >= 0 else [(no, d, n) for no, n, d in raised]
@@ -258,6 +258,8 @@ class Instant:
     def _compare(self, op: str, args: list[Json], neg: bool, closed: bool) -> Formula:
         a, b = args
         if op in ("==", "!=") and self._is_truth(a) and self._is_truth(b):
+            if closed and neg is (op == "=="):
+                return True
             same = ["or", ["and", a, b], ["and", ["not", a], ["not", b]]]
             return self.formula(same, neg is not (op == "!="), closed)
         op = NEGATED[op] if neg else op
@@ -307,7 +309,7 @@ def _combine(op: str, a: Case, b: Case) -> Case:
     if op == "*":
         return no, mul(a[1], b[1]), mul(a[2], b[2])
     if op == "/":
-        if names(b[2]):
+        if not constant(b[2]):
             raise Beyond("a division by a quotient")
         return no, mul(a[1], b[2]), mul(a[2], b[1])
     sign = 1 if op == "+" else -1

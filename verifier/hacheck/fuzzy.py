@@ -343,6 +343,8 @@ class Unfolding:
                 raise Refused(f"{args[0]} has no input {args[1]}")
             return self.root(args[1], roots[args[1]])
         item = (self.params if op == "param" else self.inputs)[args[0]]
+        if item.get("type", "real") != "real":
+            raise Beyond(f"{args[0]} is no real number")
         ends = [self.number(item[k])[0] for k in ("low", "high")]
         if any(n.names or n.op != "lin" for n in ends):
             raise Beyond(f"the range of {args[0]} is not of numbers")

@@ -147,9 +147,10 @@ class Network(Readings):
         return [q if self.typed(r["var"], q) else None for q in found]
 
     def _clock_set(self, r: Json, s: State) -> tuple[int, int, int]:
-        ends = [
-            self.clock_value(r["var"], self.value(r[k], s)) for k in (("to", "to") if "to" in r else ("low", "high"))
-        ]
+        low, high = (self.value(r[k], s) for k in (("to", "to") if "to" in r else ("low", "high")))
+        if low > high:
+            raise Beyond("a clock gets a value of an empty range")
+        ends = [self.clock_value(r["var"], q) for q in (low, high)]
         return self.clocks[r["var"]], min(ends), max(ends)
 
     def _allowed(self, target: State | None, sets: tuple[tuple[int, int, int], ...], own: set[str] | None) -> Formula:

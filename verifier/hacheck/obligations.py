@@ -300,7 +300,7 @@ class Question:
             upto = dwell if limit is None else min(dwell, limit - time)
             if upto >= 0 and not walk.surely(placed(at.formula(self.condition, True), state), upto):
                 raise Refused("a run that should miss the goal may meet it")
-        ended = self.scope.modes[walk.mode]["terminal"] and not self._timed(self.setting.a["modes"])
+        ended = self.scope.modes[walk.mode]["terminal"] and not self._timed([self.setting.a["modes"], self.assume])
         if not ((limit is not None and walk.time > limit) or ended or walk.stuck()):
             raise Refused("a run stops before the goal's time is over")
         return "refuted"

@@ -35,6 +35,11 @@ class Together(NamedTuple):
     listeners: tuple[Any, ...]
 
 
+def own_names(model: Json) -> set[str]:
+    """The constants, params and inputs that a model declares."""
+    return {x["name"] for key in ("constants", "params", "inputs") for x in model[key]}
+
+
 class Scope:
     """What names mean in a system or an automaton that is a part; `outer` is where its ports are bound."""
 
@@ -49,6 +54,8 @@ class Scope:
             found = core.automata.get(p["of"]) or core.systems.get(p["of"])
             if found is None or depth > 8 or p["name"] in self.parts or "." in p["name"]:
                 raise Refused("a part of nothing, of too much, or of a name that is none")
+            if "parts" in found and any(b["name"] not in own_names(found) for b in p["bindings"]):
+                raise Beyond("a system bound a name that it does not declare itself")
             self.parts[p["name"]] = Scope(core, found, f"{prefix}{p['name']}.", self, p["bindings"])
 
     def automata(self) -> Iterator[Scope]:

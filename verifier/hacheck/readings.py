@@ -248,6 +248,8 @@ class Readings:
     def starts(self) -> Iterator[tuple[State, Zone]]:
         """The initial states (S5), before time passes."""
         owners = [*self.root.systems(), *self.automata]
+        if any(not a.model["init"] for a in self.automata):
+            raise Refused("an automaton without a start")
         lines = [[(o, line, m) for line in o.model["init"] or [{"mode": None, "where": True, "with": []}]
                   for m in self._start_modes(o, line)] for o in owners]  # fmt: skip
         for chosen in product(*lines):
@@ -291,10 +293,22 @@ class Readings:
         given = both(self._between(n, r["to"], r["to"]) if "to" in r else self._between(n, r["low"], r["high"])
                      for n, r in sets)  # fmt: skip
         for part in self.space.cut(z, both([given, where])) if z is not None else ():
-            free = [n for n, c in self.clocks.items() if NO_BOUND in (part[c], part[c * self.space.n])]
-            if any(None in self.windows.get(n, (None, None)) for n in free):
-                raise Beyond("a clock starts anywhere")
-            yield from self.space.cut(part, both(self._between(n, *self.windows[n]) for n in free))
+            found = self.space.cut(
+                part, both(self._between(n, *self._missing(n, c, part)) for n, c in self.clocks.items())
+            )
+            if not found:
+                raise Beyond("a start outside the declared ranges")
+            yield from found
+
+    def _missing(self, name: str, clock: int, z: Zone) -> list[Json]:
+        """The ends of a clock's declared range where nothing else bounds it (S5); None where something does."""
+        open_ = [z[clock] == NO_BOUND, z[clock * self.space.n] == NO_BOUND]
+        ends = self.windows.get(name, (None, None))
+        if self.rates.get(name, 1) < 0:
+            open_.reverse()
+        if any(o and e is None for o, e in zip(open_, ends, strict=True)):
+            raise Beyond("a clock starts anywhere")
+        return [e if o else None for o, e in zip(open_, ends, strict=True)]
 
     def _between(self, name: str, low: Json, high: Json) -> Formula:
         ends = [(op, self._constant(e)) for op, e in ((">=", low), ("<=", high)) if e is not None]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from hacheck.bernstein import Box, bounds, meet
 from hacheck.cells import Cells
 from hacheck.expressions import EVENTS, Instant, nodes
-from hacheck.formula import Formula, disj, literal, placed
+from hacheck.formula import Formula, conj, disj, literal, negated, placed
 from hacheck.obligations import Question, Setting
 from hacheck.polynomial import Env, add, const, var
 from hacheck.rational import Beyond, Interval, Refused, number, spend
@@ -55,6 +55,8 @@ class Signals:
     def __init__(self, q: Question) -> None:
         self.q, self.time = q, q._time
         goal = q.goal["condition"]
+        if q.goal["window"] or q.goal["within"] is not None:
+            raise Beyond("a formula over time in a window")
         if q.goal["kind"] == "can_always":
             if q.claim["horizon"]["time"] is None:
                 raise Beyond("`can always` without a horizon")
@@ -155,7 +157,9 @@ class Ways(Signals):
         cell = self.cells.cells[i]
         if self.q.model.scope.modes[cell.mode]["terminal"]:
             moving = any(self.q.model.scope.flow(cell.mode)[1].values())
-            return moving or (cell.stay[1] is not None and low + cell.stay[1] <= self.reach)
+            kept = conj([self.q.model.domain(cell.mode), negated(self.cells.past(cell))])
+            ends = cell.stay[1] is not None and low + cell.stay[1] <= self.reach
+            return moving or ends or not cell.shows(disj([kept, self.cells.late(self.horizon)]), cell.stay)
         model = self.q.model
         going = [
             model.outside(cell.mode),

@@ -183,7 +183,8 @@ class SystemCheck:
         walk = Walk(Network(self.core, self.system, entry["scale"], True), entry["run"])
         if (after is not None and walk.time < after) or (limit is not None and walk.time > limit):
             raise Refused("a run ends at an instant of which the claim does not speak")
-        if jumps is not None and len(entry["run"]["steps"]) > jumps:
+        made = len(entry["run"]["steps"])
+        if jumps is not None and (made, made > 0 and number(entry["run"]["last"]) > 0) > (jumps, False):
             raise Refused("a run makes more jumps than the claim speaks of")
         net = walk.network
         met = net.truth(net.root.flat(goal["condition"]), walk.state, walk.event, no=goal["kind"] == "always")

@@ -175,6 +175,8 @@ class Meaning:
             return self._root(name, self.systems.roots(str(e.args[0]))[name])
         items: tuple[Param | Input, ...] = self.spec.params if e.op == "param" else self.spec.inputs
         item = next(i for i in items if i.name == e.name)
+        if isinstance(item, Input) and item.type != "real":
+            raise OutsideFragmentError(f"the input `{e.name}` is no real number")
         what = f"the range of `{e.name}`"
         ends = (item.range.low, item.range.high) if item.range else (None, None)
         return self._variable(e.op, e.name, (self._exact(ends[0], what), self._exact(ends[1], what)), item.unit)

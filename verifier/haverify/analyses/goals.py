@@ -192,6 +192,7 @@ def _part(context: Context, setting: Setting, number: int, j: Judged, cells: Cel
         verdict = Proved(margin)
     else:
         run = _run_against(context, setting, j)
+        run = None if run is not None and _is_late(setting, run) else run
         if run is not None:
             entry["run"] = run_json(run)
             answer.run = answer.run if answer.run is not None and len(answer.run.steps) <= len(run.steps) else run
@@ -210,6 +211,14 @@ def goal_hash(context: Context, setting: Setting) -> str:
     if known is None:
         known = setting.hash = context.hashes.goal(setting.claim, setting.goal)
     return known
+
+
+def _is_late(setting: Setting, run: Run) -> bool:
+    """Whether a run ends after the last jump that the claim speaks of (S24: beside a time, jumps are no horizon)."""
+    if setting.claim.jumps is None or setting.time_limit() is not None:
+        return False
+    made = len(run.steps)
+    return (made, made > 0 and run.last > 0) > (setting.claim.jumps, False)
 
 
 def _run_against(context: Context, setting: Setting, j: Judged) -> Run | None:
@@ -267,6 +276,7 @@ def decide_can_reach(context: Context, setting: Setting, number: int, work: Work
         run = next((r for m in modes if (r := stuck_run(setting, m, context.explorers, limit)) is not None), None)
     else:
         run = meeting_run(setting, setting.goal.condition, context.explorers, limit)
+    run = None if run is not None and _is_late(setting, run) else run
     text = "a run reaches it"
     if run is not None:
         digest = context.hashes.part(goal_hash(context, setting), "goal", "", "")

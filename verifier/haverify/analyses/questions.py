@@ -83,11 +83,17 @@ class Setting:
         assumed = (*self.model.spec.assumptions, *self.claim.assume)
         return conjunction(scope.formula(a) for a in assumed)
 
-    def timing(self) -> Formula:
-        """The instants that the goal speaks of, as a condition on `sigma`; True for all."""
+    def timing(self, mode: int | None = None) -> Formula:
+        """The instants that the goal speaks of, as a condition on `sigma`; True for all.
+
+        A run that has ended in a terminal `mode` is frozen while time goes on (LANGUAGE S12): there, no instant is too
+        early.
+        """
         members: list[Formula] = []
-        if self.goal.window is not None:
+        ends = mode is not None and self.model.automaton.modes[mode].terminal
+        if self.goal.window is not None and not ends:
             members.append(self._time(">=", self.goal.window[0]))
+        if self.goal.window is not None:
             members.append(self._time("<=", self.goal.window[1]))
         for e in (self.claim.time, self.goal.within):
             if e is not None and self.model.rho is not None:
@@ -130,7 +136,7 @@ def _dwelling(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int,
         return
     scope = model.timed_scope(index)
     body = conjunction(scope.formula(spread(r)) for r in part.residuals)
-    more = conjunction([setting.assumptions(scope), setting.timing() if cells.tracked else True])
+    more = conjunction([setting.assumptions(scope), setting.timing(index) if cells.tracked else True])
     premise = conjunction([model.mode(index).domain, more])
     for i in members:
         placement = narrowed(place(model, cells.cells[i], None, setting.extra), more)
@@ -148,7 +154,7 @@ def _landing(setting: Setting, part: Part, cells: Cells) -> Iterator[tuple[int, 
     body = conjunction(landing.formula(spread(r)) for r in part.residuals)
     assert landing.landing is not None, "the scope of a jump"
     arrived = landing.landing.carried_truth(model.mode(edge.target).domain)
-    more = conjunction([setting.assumptions(landing), setting.timing() if cells.tracked else True])
+    more = conjunction([setting.assumptions(landing), setting.timing(edge.target) if cells.tracked else True])
     guard = edge.guard if not edge.urgent else True
     premise = conjunction([guard, model.mode(edge.source).domain, arrived, more])
     for i, out in found:

@@ -292,6 +292,10 @@ def _searched(systems: Systems, q: Question, x: Exploration) -> Found:
             if run is None:
                 text = "an exploration with rounded zones finds a violation, but no run shows it"
                 return Found(Unknown("abstraction", text))
+            made = len(run.moments) - 1
+            if q.jumps is not None and (made, made > 0 and run.moments[-1].dwell > 0) > (q.jumps, False):
+                text = "the run that shows it goes on after the last jump that the claim speaks of"
+                return Found(Unknown("jumps", text))
             return _shown(q, net, run, count)
     if not count:
         return Found(Unknown("vacuous", "the system has no start, so nothing can be claimed of its runs"))

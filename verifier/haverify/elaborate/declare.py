@@ -192,7 +192,9 @@ def param(decl: t.Param) -> Make:
         found = interval(env, decl.range)
         symbol.unit = found.unit
         if decl.type is not None:
-            _, symbol.unit = declared_type(env, decl.type)
+            kind, symbol.unit = declared_type(env, decl.type)
+            if kind != "real":
+                env.ctx.fail("HA105", f"param {symbol.name} is of type {kind}, but a param is a real number", decl.span)
         bounds = range_in(env, decl.range, symbol.unit, f"param {symbol.name}")
         default = None
         if decl.default is not None:

@@ -38,6 +38,16 @@ class Interaction:
     listeners: tuple[Interaction, ...] = ()
 
 
+def _require_own(model: Json, part: Json) -> None:
+    """Raise OutsideFragmentError where a system that is a part is bound a name that only its own parts read."""
+    own = {x["name"] for key in ("constants", "params", "inputs") for x in model[key]}
+    for b in part["bindings"] if "parts" in model else ():
+        if b["name"] not in own:
+            raise OutsideFragmentError(
+                f"`{b['name']}` is bound on part {part['name']}, a system that does not declare it"
+            )
+
+
 @holder
 class Place:
     """A system or an automaton in its place: what its names mean; `prefix` is empty or ends with a dot."""
@@ -52,6 +62,8 @@ class Place:
         self.bound = {b["name"]: b for b in self.bindings}
         self.constants = {c["name"]: c for c in [*self.core["constants"], *self.model["constants"]]}
         models = {m["name"]: m for m in [*self.core["automata"], *self.core["systems"]]}
+        for p in self.model.get("parts", ()):
+            _require_own(models[p["of"]], p)
         self.parts = {
             p["name"]: Place(self.core, models[p["of"]], f"{self.prefix}{p['name']}.", self, p["bindings"])
             for p in self.model.get("parts", ())

@@ -14,6 +14,7 @@ from haverify.analyses.networks.zones import Formula, Zone, conjunction
 from haverify.obligations.translate import OutsideFragmentError
 
 Json = Any
+UNBOUNDED = 1 << 60
 
 
 def starts(net: Network) -> Iterator[tuple[State, Zone]]:
@@ -52,12 +53,23 @@ def _zones(net: Network, s: State, known: Mapping[str, Json], where: Formula) ->
     ends |= {TIME: (Fraction(0), Fraction(0))} if net.is_timed else {}
     given = conjunction([where, *(net.terms.clock_bounds(n, *e) for n, e in ends.items())])
     for part in net.space.meet(z, given):
-        open_ = [n for n, c in net.clocks.items() if max(part[c], part[c * net.space.n]) > 1 << 60]
-        bounds = [net.terms.clock_bounds(n, *net.windows.get(n, (None, None))) for n in open_]
-        for found in net.space.meet(part, conjunction(bounds)):
-            if any(max(found[c], found[c * net.space.n]) > 1 << 60 for c in net.clocks.values()):
-                raise OutsideFragmentError(f"`{open_[0]}` starts anywhere")
-            yield found
+        bounds = [net.terms.clock_bounds(n, *_missing(net, n, c, part)) for n, c in net.clocks.items()]
+        found = list(net.space.meet(part, conjunction(bounds)))
+        if not found:
+            raise OutsideFragmentError("a start outside the declared ranges, beyond which nothing is followed")
+        yield from found
+
+
+def _missing(net: Network, name: str, clock: int, z: Zone) -> tuple[Fraction | None, Fraction | None]:
+    """The ends of a clock's declared range where nothing else bounds it (S5); None where something does."""
+    is_open = [z[clock] > UNBOUNDED, z[clock * net.space.n] > UNBOUNDED]
+    ends = net.windows.get(name, (None, None))
+    if net.terms.rates.get(name, Fraction(1)) < 0:
+        is_open.reverse()
+    if any(o and e is None for o, e in zip(is_open, ends, strict=True)):
+        raise OutsideFragmentError(f"`{name}` starts anywhere")
+    low, high = (e if o else None for o, e in zip(is_open, ends, strict=True))
+    return low, high
 
 
 def _lines(p: Place) -> list[Json]:
