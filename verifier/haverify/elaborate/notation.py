@@ -43,7 +43,7 @@ def quantity(value: Fraction, unit: Unit | None) -> Written:
     """A number with its unit."""
     decimal = decimal_text(abs(value)) if value.denominator.bit_length() < 400 else None
     sign, level = ("-", _UNARY) if value < 0 else ("", _ATOM)
-    if unit is None or unit is ONE or (value == 0 and unit.text == "rad"):  # rad counts as a plain number
+    if unit is None or unit is ONE:
         if decimal is not None:
             return level, sign + decimal
         return _ATOM, f"({value.numerator} / {value.denominator})"
