@@ -6,6 +6,7 @@ A discrete state has the mode of each automaton and the value of each discrete v
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import product
@@ -29,7 +30,7 @@ class Event(NamedTuple):
     before: State
 
 
-class Readings:
+class Readings(ABC):
     """What the names and expressions of a system mean; `timed` adds a clock for the time since the start."""
 
     def __init__(self, core: Core, system: Json, scale: int, timed: bool) -> None:
@@ -206,9 +207,9 @@ class Readings:
         """A value of a clock variable in the scaled unit."""
         return self._whole(q / self.rates[name] * self.scale)
 
+    @abstractmethod
     def stuck(self, s: State) -> Formula:
         """Where no time can pass and nothing can fire (S12)."""
-        raise NotImplementedError
 
     # ---- domains, starts ----
 
