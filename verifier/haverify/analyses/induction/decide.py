@@ -85,7 +85,9 @@ def _goal(
 
 
 def candidates(induction: Induction) -> Iterator[Invariant]:
-    """Formulas that may be invariants: the goal itself."""
+    """Formulas that may be invariants: nothing beyond what is taken for granted, the goal itself."""
+    if not induction.claim.inductive:
+        yield {m.name: True for m in induction.automaton.modes}
     yield {m.name: primitive(induction.aim(m.name)) for m in induction.automaton.modes}
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.induction.refute import Effort, refute
-from haverify.maths.polynomial import NOUGHT, Polynomial
+from haverify.maths.polynomial import NOUGHT, Polynomial, constant
 from haverify.obligations.formula import Formula, Junction, Literal, compare, literal, literals, negation
 from haverify.obligations.functions import Functions, factors
 from haverify.obligations.premises import Premises, formula_json, members, polynomial_json, primitive, whole
@@ -14,6 +15,7 @@ from haverify.text.record import holder
 Json = Any
 Rates = dict[str, Polynomial]
 MOST_BRANCHES = 8
+COFACTORS = (Fraction(0), Fraction(1), Fraction(-1))
 
 
 @holder
@@ -90,8 +92,11 @@ class Keeper:
             return None
         p = whole(f.polynomial)
         side = compare(">" if f.op == "<=" else "<", p)
-        proof = refute(known.with_(side, compare(">", self._slope(p))), self.effort)
-        return None if proof is None else {"rule": "growth", "cofactor": [], "band": None, "proof": proof}
+        for c in COFACTORS:
+            proof = refute(known.with_(side, compare(">", self._slope(p) - p.scaled(c))), self.effort)
+            if proof is not None:
+                return {"rule": "growth", "cofactor": polynomial_json(constant(c)), "band": None, "proof": proof}
+        return None
 
     def _barrier(self, known: Premises, f: Literal) -> Json | None:
         found = self._together(known, [f]) if f.op in ("<", "<=") else None
