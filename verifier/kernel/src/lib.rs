@@ -9,6 +9,7 @@
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
+pub mod arena;
 pub mod elementary;
 pub mod environment;
 pub mod errors;
@@ -23,3 +24,4 @@ mod python;
 pub mod ratio;
 pub mod rounding;
 pub mod series;
+pub mod sweep;

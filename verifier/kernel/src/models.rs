@@ -85,6 +85,20 @@ impl Space {
         self.exponents.len()
     }
 
+    /// How many monomials have fewer than this degree.
+    pub fn upto_degrees(&self, degrees: usize) -> usize {
+        if degrees == 0 {
+            0
+        } else {
+            self.upto[degrees - 1]
+        }
+    }
+
+    /// The positions of the products of monomial `i` with the first monomials, as far as they are of the space.
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.products[i]
+    }
+
     pub fn zero(&self) -> Model {
         Model { coefficients: vec![0.0; self.size()], radius: 0.0 }
     }
