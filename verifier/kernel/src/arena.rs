@@ -149,7 +149,6 @@ impl Arena {
         for (s, c) in self.sum.iter_mut().zip(&self.coefficients[a * size..a * size + count]) {
             *s = middle * c;
         }
-        // A product with a power of two, and nothing else, is exact above the smallest floats.
         let rounding = raised(UNIT * 2.0 * middle.abs() * x.whole);
         let radius = raised(raised(half) * x.whole + by.norm() * x.radius + rounding);
         self.settle(at, x.degrees, radius)

@@ -10,12 +10,14 @@
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
 pub mod arena;
+pub mod condition;
+pub mod crossing;
 pub mod elementary;
 pub mod environment;
 pub mod errors;
 pub mod fault;
 pub mod flowpipe;
-
+pub mod hybrid;
 pub mod interval;
 pub mod matrix;
 pub mod models;
@@ -23,5 +25,8 @@ pub mod models;
 mod python;
 pub mod ratio;
 pub mod rounding;
+pub mod rules;
 pub mod series;
+pub mod sets;
 pub mod sweep;
+mod walk;

@@ -346,12 +346,7 @@ pub struct DualRing<'a, R: Ring> {
 }
 
 /// The derivative of a function, given its argument and its value.
-pub fn derivative<R: Ring>(
-    ring: &R,
-    f: Function,
-    a: &R::Element,
-    value: &R::Element,
-) -> Result<R::Element, Fault> {
+pub fn derivative<R: Ring>(ring: &R, f: Function, a: &R::Element, value: &R::Element) -> Result<R::Element, Fault> {
     let one = Interval::exactly(1.0)?;
     match f {
         Function::Reciprocal => ring.scale(&ring.mul(value, value)?, one.neg()?),

@@ -1,42 +1,17 @@
 //! The series in time of a tape over Taylor models, and of its slopes, in one arena: what `series::solution` and
 //! `series::variations` compute over any ring.
 //!
-//! A tape becomes a list of rules for the next coefficient of numbered registers. The first registers are the states,
-//! whose next coefficient is that of their rate, divided. Slopes follow by the rule of products, rule by rule, and only
-//! for the states on which a register depends; places that are zero cost nothing.
+//! Values follow the rules of the tape, slopes the rule of products, rule by rule, and only for the states on which a
+//! register depends; places that are zero cost nothing.
 
 use crate::arena::{Arena, Product};
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::models::{Model, Space};
-use crate::series::{derivative, Function, Op, Ring, Tape};
+use crate::rules::{dependence, Compiled, Factor, Rule};
+use crate::series::{derivative, Ring, Tape};
 use std::ops::Div;
 use std::sync::Arc;
-
-/// What a coefficient is multiplied by.
-#[derive(Debug, Clone, Copy)]
-enum Factor {
-    One,
-    Half,
-    /// The sign over the order.
-    Over(f64),
-}
-
-/// How the coefficient of order `k` of a register follows from others.
-#[derive(Debug, Clone, Copy)]
-enum Rule {
-    Constant(Interval),
-    /// `a_k + sign * b_k`.
-    Combine { a: usize, b: usize, sign: f64 },
-    Negative(usize),
-    /// The sum of `a_i b_(k-i)`, without the first and the last `i` if told so; times `i` if weighted.
-    Products { a: usize, b: usize, first: usize, last: usize, weighted: bool },
-    Scaled { a: usize, by: Factor },
-    /// `a_k b_0`.
-    Times { a: usize, b: usize },
-    /// `f(of_0)` first, then the coefficients of another register.
-    Start { f: Function, of: usize, then: Option<(usize, Factor)> },
-}
 
 /// Where the slopes of a register are: one row of places for each state it depends on.
 struct Register {
@@ -68,127 +43,10 @@ pub struct Sweep {
     products: Vec<Product>,
 }
 
-/// The rules of a tape; register numbers follow those of the states.
-struct Compiled {
-    states: usize,
-    rules: Vec<Rule>,
-}
-
-impl Compiled {
-    fn push(&mut self, rule: Rule) -> usize {
-        self.rules.push(rule);
-        self.states + self.rules.len() - 1
-    }
-
-    /// How many registers there are.
-    fn count(&self) -> usize {
-        self.states + self.rules.len()
-    }
-
-    /// The register of an operation whose operands are in the registers `at`.
-    fn add(&mut self, op: Op, at: &[usize]) -> usize {
-        let all = |a: usize, b: usize| Rule::Products { a, b, first: 0, last: 0, weighted: false };
-        match op {
-            Op::Constant(value) => self.push(Rule::Constant(value)),
-            Op::Variable(v) => v,
-            Op::Add(a, b) => self.push(Rule::Combine { a: at[a], b: at[b], sign: 1.0 }),
-            Op::Sub(a, b) => self.push(Rule::Combine { a: at[a], b: at[b], sign: -1.0 }),
-            Op::Neg(a) => self.push(Rule::Negative(at[a])),
-            Op::Mul(a, b) => self.push(all(at[a], at[b])),
-            Op::Div(a, b) => self.quotient(at[a], at[b]),
-            Op::Sqrt(a) => self.root(at[a]),
-            Op::Exp(a) => {
-                let it = self.count() + 1;
-                self.wave(Function::Exp, at[a], it, 1.0)
-            }
-            Op::Log(a) => self.logarithm(at[a]),
-            // A sine's register is two before its cosine's, each after its own sum.
-            Op::Sin(a) => {
-                let cosine = self.count() + 3;
-                self.wave(Function::Sin, at[a], cosine, 1.0)
-            }
-            Op::Cos(a) => {
-                let sine = self.count() - 1;
-                self.wave(Function::Cos, at[a], sine, -1.0)
-            }
-        }
-    }
-
-    /// `f(a)` where `f'(a)` is `sign` times another register.
-    fn wave(&mut self, f: Function, a: usize, slope: usize, sign: f64) -> usize {
-        let sum = self.push(Rule::Products { a, b: slope, first: 1, last: 0, weighted: true });
-        self.push(Rule::Start { f, of: a, then: Some((sum, Factor::Over(sign))) })
-    }
-
-    fn quotient(&mut self, a: usize, b: usize) -> usize {
-        let inverse = self.push(Rule::Start { f: Function::Reciprocal, of: b, then: None });
-        let it = self.count() + 2;
-        let known = self.push(Rule::Products { a: it, b, first: 0, last: 1, weighted: false });
-        let top = self.push(Rule::Combine { a, b: known, sign: -1.0 });
-        self.push(Rule::Times { a: top, b: inverse })
-    }
-
-    fn root(&mut self, a: usize) -> usize {
-        let it = self.count() + 3;
-        let known = self.push(Rule::Products { a: it, b: it, first: 1, last: 1, weighted: false });
-        let top = self.push(Rule::Combine { a, b: known, sign: -1.0 });
-        let rest = self.push(Rule::Times { a: top, b: it + 1 });
-        let root = self.push(Rule::Start { f: Function::Sqrt, of: a, then: Some((rest, Factor::Half)) });
-        self.push(Rule::Start { f: Function::Reciprocal, of: root, then: None });
-        root
-    }
-
-    fn logarithm(&mut self, a: usize) -> usize {
-        let inverse = self.push(Rule::Start { f: Function::Reciprocal, of: a, then: None });
-        let it = self.count() + 4;
-        let sum = self.push(Rule::Products { a: it, b: a, first: 1, last: 1, weighted: true });
-        let known = self.push(Rule::Scaled { a: sum, by: Factor::Over(1.0) });
-        let top = self.push(Rule::Combine { a, b: known, sign: -1.0 });
-        let rest = self.push(Rule::Times { a: top, b: inverse });
-        self.push(Rule::Start { f: Function::Log, of: a, then: Some((rest, Factor::One)) })
-    }
-}
-
-/// For every register the states it depends on, one by one; with or without what states owe each other over time.
-fn dependence(compiled: &Compiled, rates: &[usize], over_time: bool) -> Vec<Vec<bool>> {
-    let n = compiled.states;
-    let mut known: Vec<Vec<bool>> = (0..compiled.count()).map(|r| (0..n).map(|v| r == v).collect()).collect();
-    loop {
-        let before = known.clone();
-        for (i, rule) in compiled.rules.iter().enumerate() {
-            let from = match *rule {
-                Rule::Constant(_) => vec![],
-                Rule::Negative(a) | Rule::Scaled { a, .. } => vec![a],
-                Rule::Combine { a, b, .. } | Rule::Products { a, b, .. } | Rule::Times { a, b } => vec![a, b],
-                Rule::Start { of, then, .. } => then.map_or(vec![of], |(rest, _)| vec![of, rest]),
-            };
-            from.into_iter().for_each(|r| joined(&mut known, n + i, r));
-        }
-        if over_time {
-            rates.iter().enumerate().for_each(|(v, &r)| joined(&mut known, v, r));
-        }
-        if known == before {
-            return known;
-        }
-    }
-}
-
-fn joined(known: &mut [Vec<bool>], to: usize, from: usize) {
-    for v in 0..known[to].len() {
-        known[to][v] |= known[from][v];
-    }
-}
-
 impl Sweep {
     /// Room for the states' series up to `order`, and for their slopes up to `slope_order` (none if that is `None`).
     pub fn new(space: &Arc<Space>, tape: &Tape, order: usize, slope_order: Option<usize>) -> Sweep {
-        let states = tape.outputs.len();
-        let mut compiled = Compiled { states, rules: Vec::new() };
-        let mut at = Vec::with_capacity(tape.ops.len());
-        for &op in &tape.ops {
-            at.push(compiled.add(op, &at));
-        }
-        let rates: Vec<usize> = tape.outputs.iter().map(|&o| at[o]).collect();
+        let (compiled, rates) = Compiled::of(tape);
         let depends = dependence(&compiled, &rates, slope_order.is_some_and(|k| k > 0));
         let mut places = 0;
         let mut take = |n: usize| {
@@ -204,8 +62,21 @@ impl Sweep {
         let registers: Vec<Register> = registers.collect();
         let spare = take(1);
         let arena = Arena::new(space.clone(), places);
-        let (rules, products) = (compiled.rules, Vec::new());
-        Sweep { space: space.clone(), states, rules, registers, rates, arena, spare, known: 0, ruled: 0, sloped: 0, products }
+        let Compiled { states, rules } = compiled;
+        let products = Vec::new();
+        Sweep {
+            space: space.clone(),
+            states,
+            rules,
+            registers,
+            rates,
+            arena,
+            spare,
+            known: 0,
+            ruled: 0,
+            sloped: 0,
+            products,
+        }
     }
 
     /// Forget everything and start at these states.
@@ -427,5 +298,82 @@ fn factor(by: Factor, k: usize) -> Enclosure {
         Factor::One => Interval::exactly(1.0),
         Factor::Half => Interval::exactly(0.5),
         Factor::Over(sign) => Interval::exactly(sign)?.div(Interval::exactly(k.max(1) as f64)?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::series::{jacobian, solution, variations, Op};
+
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn below(&mut self, n: usize) -> usize {
+            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (self.0 >> 33) as usize % n
+        }
+
+        fn tape(&mut self, states: usize) -> Tape {
+            let mut ops: Vec<Op> = (0..states).map(Op::Variable).collect();
+            ops.push(Op::Constant(Interval::new(0.5, 0.75).expect("in order")));
+            for _ in 0..8 {
+                let (a, b, at) = (self.below(ops.len()), self.below(ops.len()), ops.len());
+                match self.below(9) {
+                    0 => ops.push(Op::Add(a, b)),
+                    1 => ops.push(Op::Sub(a, b)),
+                    2 | 3 => ops.push(Op::Mul(a, b)),
+                    4 => ops.push(Op::Mul(a, a)),
+                    5 => ops.extend([Op::Sin(a), Op::Cos(a), Op::Div(b, at + 1)]),
+                    6 => ops.extend([Op::Exp(a), Op::Sqrt(at), Op::Log(at)]),
+                    7 => ops.extend([Op::Mul(a, a), Op::Constant(Interval::exactly(1.0).expect("finite"))]),
+                    _ => ops.push(Op::Neg(a)),
+                }
+            }
+            let outputs = (0..states).map(|i| ops.len() - 1 - i).collect();
+            Tape::validated(ops, outputs, states).expect("operands come first")
+        }
+    }
+
+    /// Both enclose the same function: nowhere are they further apart than their radii allow, and both are narrow.
+    fn assert_same(a: &Model, b: &Model) {
+        let distance: f64 = a.coefficients.iter().zip(&b.coefficients).map(|(x, y)| (x - y).abs()).sum();
+        let size: f64 = a.coefficients.iter().map(|c| c.abs()).sum::<f64>() + a.radius;
+        assert!(distance <= 1e-12 * size + 1e-15, "{distance} {size}");
+        assert!(distance <= a.radius + b.radius, "{distance} {} {}", a.radius, b.radius);
+        assert!((a.radius - b.radius).abs() <= 1e-6 * a.radius + 1e-13, "{} {}", a.radius, b.radius);
+    }
+
+    #[test]
+    fn series_and_slopes_are_those_of_the_rings() {
+        let (mut numbers, mut compared) = (Numbers(3), 0);
+        for (states, variables, degree) in [(2, 2, 3), (3, 2, 1), (2, 0, 2), (3, 3, 2)].repeat(12) {
+            let (tape, space) = (numbers.tape(states), Space::new(variables, degree));
+            let at: Vec<Model> = (0..states)
+                .map(|v| {
+                    let model = if v < variables { space.variable(v, 0.4, 0.05) } else { space.number(0.3) };
+                    Model { radius: 1e-3 * (v % 2) as f64, ..model }
+                })
+                .collect();
+            let mut sweep = Sweep::new(&Arc::new(space.clone()), &tape, 4, Some(3));
+            let Ok(series) = solution(&space, &tape, &at, 4) else { continue };
+            sweep.restart(&at).expect("finite");
+            sweep.extend(4).expect("what the ring computes");
+            let slopes = variations(&space, &tape, &at, 3).expect("slopes exist");
+            let rates = jacobian(&space, &tape, &at).expect("slopes exist");
+            sweep.extend_slopes(3).expect("what the ring computes");
+            compared += 1;
+            for (i, expected) in series.iter().enumerate() {
+                sweep.series(i, 4).iter().zip(expected).for_each(|(a, b)| assert_same(a, b));
+                for j in 0..states {
+                    let zero = || space.zero();
+                    for (k, expected) in slopes.iter().enumerate() {
+                        assert_same(&sweep.slope_of(i, j, k).unwrap_or_else(zero), &expected[i][j]);
+                    }
+                    assert_same(&sweep.rate_slope(i, j).expect("finite").unwrap_or_else(zero), &rates[i][j]);
+                }
+            }
+        }
+        assert!(compared > 20, "{compared}");
     }
 }
