@@ -75,7 +75,10 @@ def _around(told: Premises, first: Point) -> Iterator[Point]:
 
 
 def at_once(induction: Induction) -> Start | None:
-    """An admissible start that violates the goal there and then."""
+    """An admissible start that violates the goal there and then, where the goal speaks of the start."""
+    window = induction.goal.window
+    if window is not None and induction.values.number(window[0]) > 0:
+        return None
     names = [*names_of(induction), "time"]
     for line, mode, _ in induction.lines():
         windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
