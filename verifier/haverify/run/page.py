@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+from collections.abc import Iterator
 from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -23,13 +24,13 @@ _SCHEMA = "haverify.page/1"
 def page(report: Report, folder: Path, text: str, use_cache: bool) -> str:
     """The page of a report whose `report.json` is `text`; with `use_cache`, it is kept between runs but for its times.
 
-    It is made of the report's facts (its hash covers the core), the cells and haverify's own code: the same key means
-    the same page. Nothing rests on it.
+    It is made of the report's facts (its hash covers the core), cells, flowpipes and haverify's own code: the same key
+    means the same page. Nothing rests on it.
     """
     if not use_cache:
         return _made(report, folder)
     facts = re.sub(r'"(?:wall|cpu)_s": [^\n]*', "", text)
-    key = digest([_SCHEMA, code_hash(), facts, _cells(os.path.join(folder, "certificates", "cells"))])
+    key = digest([_SCHEMA, code_hash(), facts, *_drawn_from(folder)])
     told = times.all_of(report)
     known = _pieces(cache.load(key), len(told))
     if known:
@@ -46,13 +47,13 @@ def _made(report: Report, folder: Path) -> str:
     return as_html(report, material(folder))
 
 
-def _cells(folder: str) -> list[list[str]]:
-    """The files of cells, by name, with their hashes."""
-    found = []
-    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else ():
-        with open(os.path.join(folder, name), "rb") as file:
-            found.append([name, hashlib.sha256(file.read()).hexdigest()])
-    return found
+def _drawn_from(folder: Path) -> Iterator[list[str]]:
+    """The files of cells and flowpipes, by name, with their hashes."""
+    for within in ("certificates/cells", "flowpipes"):
+        at = os.path.join(folder, within)
+        for name in sorted(os.listdir(at)) if os.path.isdir(at) else ():
+            with open(os.path.join(at, name), "rb") as file:
+                yield [within, name, hashlib.sha256(file.read()).hexdigest()]
 
 
 def _pieces(value: Any, count: int) -> list[str] | None:
