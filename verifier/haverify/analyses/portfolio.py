@@ -105,11 +105,13 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if all(line.rate.op == "num" for m in context.automaton.modes for line in m.flow if isinstance(line.rate, Expr)):
         return Evidence(Unknown("fragment", reason), (), METHOD)
+    from haverify.analyses.hybrid_reach import decide_hybrid
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow
 
+    decides = decide_hybrid if context.automaton.edges else decide_flow
     try:
-        return decide_flow(context.spec, context.automaton, claim, context.core)
+        return decides(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 

@@ -5,7 +5,7 @@ use crate::environment::guarded;
 use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
-use crate::hybrid::{reach as follow, Budget, Edge, Guard, Judgement, Mode, Stretch, Until};
+use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Stretch, Until};
 use crate::interval::{Enclosure, Interval};
 use crate::ratio;
 use crate::series::{Op, Tape};
@@ -158,8 +158,10 @@ fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
             claim: condition(&mut claim.iter(), 0)?,
         })
     };
+    let field = tape(field, variables)?;
     Ok(Mode {
-        field: tape(field, variables)?,
+        paced: paced(&field)?,
+        field,
         watch: tape(watch, variables)?,
         domain: guard(domain)?,
         claim: condition(&mut claim.iter(), 0)?,
