@@ -40,11 +40,12 @@ class Flow:
         known = self.always
         for cut in proof["cuts"]:
             f, keep = self.given(cut["formula"]), cut["keep"]
-            if keep["rule"] == "always":
+            if keep is not None and keep["rule"] == "always":
                 refute(keep["proof"], known.with_(negated(f)))
             else:
                 refute(cut["start"], known.with_(*at_start, negated(f)))
-                self._rule(known, f, keep)
+                if f is not False:  # else no run begins so
+                    self._rule(known, f, keep)
             known = known.with_(f)
         refute(proof["end"], known.with_(negated(wanted)))
 

@@ -37,6 +37,7 @@ class Contexts:
     spec: Spec
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
+    decided: dict[str, Evidence] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -76,7 +77,14 @@ def decide_all(
     wanted = None if names is None else set(names)
     contexts = contexts_of(spec, core)
     units = max(1, int(ENOUGH * (budget if budget is not None else Fraction(1))))
-    return {c.name: decide(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
+    return {c.name: _decide_once(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
+
+
+def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What is proposed for a claim; others may use it, and ask again."""
+    if claim.name not in contexts.decided:
+        contexts.decided[claim.name] = decide(spec, claim, contexts, units)
+    return contexts.decided[claim.name]
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
@@ -96,14 +104,39 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
     try:
-        return _decide(context, claim, units)
+        found = _decide(context, claim, units)
     except OutsideFragmentError as e:
-        return _by_flowpipe(context, claim, str(e))
+        return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, str(e)), units)
+    return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
+    """What an invariant shows of a claim that was not decided before."""
+    if not isinstance(before.verdict, Unknown) or any(g.kind not in ("always", "can_reach") for g in claim.goals):
+        return before
+    from haverify.analyses.induction.decide import decide_invariant
+
+    for used in (c for c in context.spec.claims if c.name in claim.using):
+        if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
+            return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
+    try:
+        found = decide_invariant(context.spec, context.automaton, claim, context.core)
+    except OutsideFragmentError:
+        return before
+    is_late = before.verdict.kind == "fragment" and not _is_steady(context)
+    tells = claim.inductive or (is_late and all(g.kind == "always" for g in claim.goals))
+    return found if tells or not isinstance(found.verdict, Unknown) else before
+
+
+def _is_steady(context: Context) -> bool:
+    """Whether every rate is a number."""
+    lines = [line for m in context.automaton.modes for line in m.flow]
+    return all(line.rate.op == "num" for line in lines if isinstance(line.rate, Expr))
 
 
 def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
-    if all(line.rate.op == "num" for m in context.automaton.modes for line in m.flow if isinstance(line.rate, Expr)):
+    if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
     from haverify.analyses.hybrid_reach import decide_hybrid
     from haverify.analyses.taylor_reach import METHOD as TAYLOR

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from math import gcd
 from typing import Any
 
@@ -24,12 +24,12 @@ class Premises:
 
     def with_(self, *formulas: Formula) -> Premises:
         """These and more."""
-        found = dict.fromkeys(self.entries)
+        found, seen = list(self.entries), set(self.entries)
         for f in formulas:
-            g = primitive(f)
-            for member in g.members if isinstance(g, Junction) and g.is_and else (g,):
-                if member is not True:
-                    found.setdefault(member)
+            for member in members(primitive(f), is_and=True):
+                if member is not True and member not in seen:
+                    seen.add(member)
+                    found.append(member)
         return Premises(self.functions, tuple(found))
 
     def mapped(self, values: dict[str, Polynomial]) -> Premises:
@@ -79,6 +79,6 @@ def formula_json(f: Formula) -> Json:
     return ["and" if f.is_and else "or", *(formula_json(m) for m in f.members)]
 
 
-def members(f: Formula, is_and: bool) -> Iterable[Formula]:
+def members(f: Formula, *, is_and: bool) -> Sequence[Formula]:
     """The members of a conjunction (disjunction), else the formula alone."""
     return f.members if isinstance(f, Junction) and f.is_and is is_and else (f,)

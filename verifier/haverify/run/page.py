@@ -26,7 +26,7 @@ def page(report: Report, folder: Path, text: str, use_cache: bool) -> str:
     drawn_from = material(folder)
     if not use_cache:
         return as_html(report, drawn_from)
-    key = digest([_SCHEMA, code_hash(), _TIMES.sub("", text), drawn_from.cells])
+    key = digest([_SCHEMA, code_hash(), _TIMES.sub("", text), drawn_from.cells, drawn_from.flowpipes])
     known = _known(cache.load(key))
     drawn_from.figures.update(known or {})
     html = as_html(report, drawn_from)
