@@ -158,22 +158,29 @@ class Judged:
     window: Condition
 
 
-def listings(model: HybridModel, judged: Judged) -> list[ModeListing]:
+def listings(
+    model: HybridModel, judged: Judged, compared: list[list[tuple[Expr, str, int]]] | None = None
+) -> list[ModeListing]:
     """The automaton as the kernel takes it, with what is to be judged.
+
+    `compared` is filled with the comparisons of each mode's claim and where their quantities are watched.
 
     Raises
     ------
     OutsideFragmentError    naming the construct that is in the way
     """
     model.edges[:] = [[] for _ in model.modes]
-    return [_mode(model, number, judged) for number in range(len(model.modes))]
+    found = [] if compared is None else compared
+    return [_mode(model, number, judged, found) for number in range(len(model.modes))]
 
 
 def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {n: i for i, n in enumerate(names)}
 
 
-def _mode(model: HybridModel, number: int, judged: Judged) -> ModeListing:
+def _mode(
+    model: HybridModel, number: int, judged: Judged, compared: list[list[tuple[Expr, str, int]]]
+) -> ModeListing:
     mode, known = model.modes[number], model.definitions[number]
     variables = _numbers(model.names)
     flow = Tape(variables, known)
@@ -184,6 +191,8 @@ def _mode(model: HybridModel, number: int, judged: Judged) -> ModeListing:
     domain = _closed(condition(residual(mode.domain, Situation(mode.name)), known))
     guard = [(watched.position(a.quantity), CLOSED[a.op]) for a in domain if a.op != "!="]
     claim, window = watched.words(judged.dwelling[number]), watched.words(judged.window)
+    claimed = list(_atoms(judged.dwelling[number]))
+    compared.append([(a.quantity, a.op, watched.position(a.quantity)) for a in claimed])
     edges = []
     for index, edge in enumerate(model.automaton.edges):
         if edge.source == mode.name:
@@ -191,6 +200,14 @@ def _mode(model: HybridModel, number: int, judged: Judged) -> ModeListing:
                 edges.append(_edge(model, number, edge, case, domain, judged.landing[index], watched))
                 model.edges[number].append(index)
     return flow.listing(field), watched.listing(), guard, claim, window, edges
+
+
+def _atoms(c: Condition) -> Iterable[Atom]:
+    if isinstance(c, Atom):
+        yield c
+    elif not isinstance(c, bool):
+        for member in c.members:
+            yield from _atoms(member)
 
 
 def _closed(c: Condition) -> list[Atom]:

@@ -6,7 +6,7 @@ box of starts is split. A start whose own stretches certainly exist and certainl
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 from math import floor
@@ -69,6 +69,8 @@ class Question:
     model: HybridModel
     asked: Asked
     modes: list[ModeListing]
+    # For each mode, the comparisons of the claim: quantity, sign, position among what is watched.
+    compared: list[list[tuple[Expr, str, int]]]
     reached: float | None = None
     trouble: str = ""
     pieces: int = 0
@@ -125,7 +127,9 @@ def _combined(verdicts: Sequence[Verdict]) -> Verdict:
 
 def _question(model: HybridModel, claim: Claim, goal: Goal) -> Question:
     asked = _asked(model, claim, goal)
-    return Question(model, asked, listings(model, _judged(model, asked)))
+    judged = _judged(model, asked)
+    compared: list[list[tuple[Expr, str, int]]] = []
+    return Question(model, asked, listings(model, judged, compared), compared)
 
 
 def _asked(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
@@ -225,7 +229,43 @@ def _follow(question: Question, start: Start, box: Box, until: str) -> list[Stre
     horizon = Interval.at(max(question.asked.last, INSTANT)).high
     asked = question.asked
     budget = Budget(asked.jumps, STRETCHES, CUTS)
-    return reach(question.modes, (start.mode, sides), horizon, until, _settings(question, box), budget)
+    known = _known(question, start, box)
+    return reach(question.modes, (start.mode, sides, known), horizon, until, _settings(question, box), budget)
+
+
+def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
+    """The comparisons that the claim makes in a mode and that hold on a box of starts exactly."""
+    model = question.model
+    sides = dict(zip(model.names, box, strict=True))
+    found = []
+    for quantity, op, place in question.compared[start.mode]:
+        ends = _exact(quantity, sides, model.definitions[start.mode])
+        if ends is not None and ((op == "<=" and ends[1] <= 0) or (op == ">=" and ends[0] >= 0)):
+            found.append((place, op))
+    return found
+
+
+def _exact(e: Expr, sides: Mapping[str, tuple[Q, Q]], known: Mapping[tuple[str, str], Expr]) -> tuple[Q, Q] | None:
+    """The exact range of a sum of multiples of variables over a box, by interval arithmetic; None for other forms."""
+    if e.op == "num":
+        return Q(str(e.args[0])), Q(str(e.args[0]))
+    if e.op in ("var", "param"):
+        return sides.get(e.name)
+    if e.op in ("let", "const"):
+        inner = known.get((e.op, e.name))
+        return None if inner is None else _exact(inner, sides, known)
+    if e.op not in ("+", "-", "neg"):
+        return None
+    ends = [_exact(c, sides, known) for c in e.children]
+    if any(x is None for x in ends):
+        return None
+    first, *rest = (x for x in ends if x is not None)
+    if e.op == "neg":
+        return -first[1], -first[0]
+    low, high = first
+    for x in rest:
+        low, high = (low + x[0], high + x[1]) if e.op == "+" else (low - x[1], high - x[0])
+    return low, high
 
 
 def _pair(low: Q, high: Q) -> Pair:
@@ -284,7 +324,7 @@ def _note(question: Question, s: Stretch) -> None:
     """How far it was shown, and what was in the way."""
     open_at = next((g for g in s.stages if not (g.claim.holds and g.keeps_window)), None)
     last = open_at or (s.stages[-1] if s.stages else None)
-    question.reached = last.time[0] if last is not None else s.jump.time[0] if s.jump is not None else 0.0
+    question.reached = max(last.time[0] if last is not None else s.jump.time[0] if s.jump is not None else 0.0, 0.0)
     if s.end == "jumps":
         question.trouble = f"a run may jump more than {question.asked.jumps} times"
     elif s.end not in ("horizon", "jumped", "cut", "left"):
@@ -346,7 +386,7 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     listing = (still.listing([zero] * len(model.names)), watched.listing(), [], words, [("true", 0)], [])
     settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
     sides = [_pair(q, q) for q in point]
-    (stretch,) = reach([listing], (0, sides), 1e-3, "horizon", settings, Budget(0, 1, 0))
+    (stretch,) = reach([listing], (0, sides, []), 1e-3, "horizon", settings, Budget(0, 1, 0))
     return bool(stretch.stages) and all(g.claim.holds for g in stretch.stages)
 
 
@@ -448,7 +488,7 @@ def _margin(question: Question, proof: Sequence[Sequence[Stretch]]) -> Margin | 
     if not ends:
         return None
     low, at = min(ends)
-    return Margin(low, low, str(unit), f"t = {at:.6g} s")
+    return Margin(low, low, str(unit), f"t = {max(at, 0.0):.6g} s")
 
 
 def _is_lower_bound(question: Question) -> bool:

@@ -265,11 +265,16 @@ class Budget:
 
 
 def reach(
-    modes: Sequence[object], start: tuple[int, list[Pair]], horizon: float, until: str, settings: Settings, budget: Budget
+    modes: Sequence[object],
+    start: tuple[int, list[Pair], list[tuple[int, str]]],
+    horizon: float,
+    until: str,
+    settings: Settings,
+    budget: Budget,
 ) -> list[Stretch]:
     """The tree of stretches that encloses all runs from a box in a mode, up to a horizon.
 
-    `until` is `horizon`, `met` or `violated`: where the following of a stretch may stop.
+    `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly; `until` is `horizon`, `met` or `violated`: where the following of a stretch may stop.
 
     Raises
     ------

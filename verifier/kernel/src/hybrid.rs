@@ -155,6 +155,7 @@ struct Waiting {
     cuts: usize,
     is_certain: bool,
     jump: Option<Jump>,
+    known: Guard,
 }
 
 /// A jump that was made, and where it led to.
@@ -175,18 +176,27 @@ struct Analysis<'a> {
     found: Vec<Stretch>,
 }
 
+/// Where runs start: a mode, a box, comparisons of watched quantities that hold there exactly.
+#[derive(Debug, Clone)]
+pub struct Start {
+    pub mode: usize,
+    pub sides: Vec<Interval>,
+    pub known: Guard,
+}
+
 /// Follow all runs from a box in a mode until the horizon.
 pub fn reach(
     modes: &[Mode],
-    start: (usize, &[Interval]),
+    start: &Start,
     horizon: f64,
     until: Until,
     settings: &Settings,
     budget: &Budget,
 ) -> Result<Vec<Stretch>, Fault> {
     check(modes, start)?;
-    let set = Set::of_box(start.1, settings.degree.max(1));
-    let first = Waiting { parent: None, mode: start.0, set, jumps: 0, cuts: 0, is_certain: true, jump: None };
+    let set = Set::of_box(&start.sides, settings.degree.max(1));
+    let known = start.known.clone();
+    let first = Waiting { parent: None, mode: start.mode, set, jumps: 0, cuts: 0, is_certain: true, jump: None, known };
     let waiting = VecDeque::from([first]);
     let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
     while let Some(next) = analysis.waiting.pop_front() {
@@ -201,8 +211,8 @@ pub fn reach(
 }
 
 /// Positions that do not exist are refused here, so that nothing panics later.
-fn check(modes: &[Mode], start: (usize, &[Interval])) -> Result<(), Fault> {
-    let n = start.1.len();
+fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
+    let n = start.sides.len();
     let within = |guard: &Guard, count: usize| guard.iter().all(|(at, _)| *at < count);
     let is_good = |m: &Mode| {
         let count = m.watch.outputs.len();
@@ -217,7 +227,8 @@ fn check(modes: &[Mode], start: (usize, &[Interval])) -> Result<(), Fault> {
             && m.claim.reach().max(m.window.reach()) <= count
             && m.edges.iter().all(edge)
     };
-    if start.0 < modes.len() && n > 0 && modes.iter().all(is_good) {
+    let knows = |m: &Mode| within(&start.known, m.watch.outputs.len());
+    if modes.get(start.mode).is_some_and(knows) && n > 0 && modes.iter().all(is_good) {
         Ok(())
     } else {
         Err(Fault::Unknown)
@@ -245,7 +256,7 @@ impl<'a> Analysis<'a> {
         let stretch = bare(&from, End::Steps);
         let flow = Flow::new(&mode.field, from.set, self.settings);
         let number = self.found.len();
-        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0 };
+        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known };
         match self.walked(&mut walk) {
             Ok(end) => walk.stretch.end = end,
             Err(fault) => walk.stretch.end = End::Stopped(fault),
@@ -380,6 +391,7 @@ impl<'a> Analysis<'a> {
             cuts: walk.cuts,
             is_certain: landing.is_certain && walk.stretch.is_certain,
             jump: Some(landing.jump),
+            known: Vec::new(),
         });
     }
 
@@ -419,6 +431,7 @@ impl<'a> Analysis<'a> {
                 cuts: walk.cuts + 1,
                 is_certain: walk.stretch.is_certain,
                 jump: None,
+                known: Vec::new(),
             });
         }
         Ok(End::Cut)

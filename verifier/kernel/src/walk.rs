@@ -4,9 +4,9 @@ use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Step};
 use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch};
-use crate::interval::Interval;
+use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
-use crate::series::{values, Ring, Tape};
+use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
 use crate::sets::Set;
 use std::ops::Div;
 
@@ -22,6 +22,8 @@ pub(crate) struct Walk<'a> {
     pub(crate) cuts: usize,
     /// How often the pace of the flow was made a function of the set.
     pub(crate) paced: usize,
+    /// What holds exactly where the stretch starts.
+    pub(crate) known: Guard,
 }
 
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
@@ -351,7 +353,10 @@ impl Walk<'_> {
         let states = self.states(step, clock, part.0, part.1)?;
         let watched = self.watched(&states)?;
         // Where the domain holds nowhere there is no run to judge.
-        let Some(known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
+        let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
+        if part.0 == 0.0 && self.stretch.segments.is_empty() {
+            self.add_known(&states, &mut known);
+        }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
         if (claim.is_none() || window != Some(true)) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
@@ -363,6 +368,38 @@ impl Walk<'_> {
         let is_certain = self.stretch.is_certain && raw == claim && window == Some(true);
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
     }
+}
+
+impl Walk<'_> {
+    /// Use that what holds where the stretch starts goes on to hold while its quantity moves away from zero.
+    fn add_known(&self, states: &[Model], values: &mut [Interval]) {
+        let Ok(mut inside) = states.iter().map(|m| self.flow.space.range(m)).collect::<Result<Vec<_>, _>>() else {
+            return;
+        };
+        for &(at, comparison) in &self.mode.domain {
+            if let Op::Variable(v) = self.mode.watch.ops[self.mode.watch.outputs[at]] {
+                inside[v] = comparison.keep(inside[v]).unwrap_or(inside[v]);
+            }
+        }
+        for &(at, comparison) in &self.known {
+            let rate = interval_rate(&self.quantity(at), &self.mode.field, &inside);
+            let goes_away = rate.is_ok_and(|rate| match comparison {
+                Comparison::AtMost => rate.high() <= 0.0,
+                Comparison::AtLeast => rate.low() >= 0.0,
+                _ => false,
+            });
+            if goes_away {
+                values[at] = comparison.keep(values[at]).unwrap_or(values[at]);
+            }
+        }
+    }
+}
+
+/// The range of a quantity's rate along a field, for states in a box.
+fn interval_rate(quantity: &Tape, field: &Tape, states: &[Interval]) -> Enclosure {
+    let slopes = jacobian(&IntervalRing, quantity, states)?.swap_remove(0);
+    let speeds = values(&IntervalRing, field, states)?;
+    IntervalRing.sum(slopes.iter().zip(&speeds).map(|(s, v)| (1.0, s, v)))
 }
 
 /// What was seen of the parts of a step so far.
