@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.induction.prove import prove, rule_for
 from haverify.analyses.induction.refute import Effort, refute
 from haverify.maths.polynomial import NOUGHT, Polynomial, constant
 from haverify.obligations.formula import Formula, Junction, Literal, compare, literal, literals, negation
@@ -59,11 +60,11 @@ class Keeper:
             cuts.append(cut)
             known = known.with_(f)
             waiting = [g for g in waiting if g not in members(f, is_and=True)]
-        end = refute(known.with_(negation(wanted)), self.effort)
+        end = prove(known.with_(negation(wanted)), self.effort)
         return None if end is None else {"cuts": cuts, "end": end}
 
     def _cut(self, known: Premises, start: list[Formula], f: Formula, rule: Json) -> Json | None:
-        begins = "t" if rule and rule["rule"] == "always" else refute(known.with_(*start, negation(f)), self.effort)
+        begins = "t" if rule and rule["rule"] == "always" else prove(known.with_(*start, negation(f)), self.effort)
         return None if begins is None else {"formula": formula_json(f), "start": begins, "keep": rule}
 
     def _rule(self, known: Premises, f: Formula) -> Json | None:
@@ -73,7 +74,8 @@ class Keeper:
             return {"rule": "always", "proof": proof}
         if not isinstance(f, Literal):
             return self._still(f)
-        return self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
+        found = self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
+        return found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
 
     def _slope(self, p: Polynomial) -> Polynomial:
         return self.functions.derivative(p, self.rates)
@@ -112,7 +114,7 @@ class Keeper:
             assert isinstance(f, Literal)
             p = f.polynomial
             others = [compare("<=", g.polynomial) for i, g in enumerate(leaves) if i != j and isinstance(g, Literal)]
-            proof = refute(known.with_(*others, compare("==", p), compare(">=", self._slope(p))), self.effort)
+            proof = prove(known.with_(*others, compare("==", p), compare(">=", self._slope(p))), self.effort)
             if proof is None:
                 return None
             proofs.append(proof)

@@ -18,10 +18,11 @@ Json = Any
 
 @record
 class Effort:
-    """How much may be tried: leaves of one tree of boxes, cases of disjunctions."""
+    """How much may be tried: leaves of one tree of boxes, cases of disjunctions; `is_deep`: programs as well."""
 
     leaves: int = 200
     cases: int = 64
+    is_deep: bool = False
 
 
 def refute(premises: Premises, effort: Effort) -> Json | None:
