@@ -138,7 +138,7 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
-    from haverify.analyses.hybrid_reach import decide_hybrid
+    from haverify.analyses.hybrid.decide import decide_hybrid
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow
 

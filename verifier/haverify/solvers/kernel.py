@@ -17,6 +17,14 @@ from haverify.text.record import field, holder, record
 Operation = tuple[str, int, int]
 Pair = tuple[float, float]
 Listing = tuple[list[Operation], list[Pair], list[int]]
+# A condition, the operator before its members: `all`, `any` with their number, `true`, `false`, or a comparison with
+# zero and the position of its quantity.
+Words = list[tuple[str, int]]
+Comparisons = list[tuple[int, str]]
+# Target, urgent, guard, reset, choices, quantities of the landing, the claim on these.
+EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
+# Field, watched quantities, domain, claim, window, edges.
+ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, list[EdgeListing]]
 
 _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
@@ -242,8 +250,8 @@ class Stage:
 class Stretch:
     """Flow in one mode between jumps. `parent` is the number of the stretch it comes from.
 
-    It is certain if all the runs it encloses exist. `end` is `horizon`, `answered`, `jumped`, `left` (runs may have left
-    the domain without a jump), `cut` (its set goes on in two stretches), `jumps` (beyond the budget), or a reason.
+    It is certain if all the runs it encloses exist. `end` is `horizon`, `answered`, `jumped`, `left` (runs may have
+    left the domain without a jump), `cut` (its set goes on in two stretches), `jumps` (beyond the budget), or a reason.
     """
 
     parent: int | None
@@ -265,7 +273,7 @@ class Budget:
 
 
 def reach(
-    modes: Sequence[object],
+    modes: Sequence[ModeListing],
     start: tuple[int, list[Pair], list[tuple[int, str]]],
     horizon: float,
     until: str,
@@ -274,7 +282,8 @@ def reach(
 ) -> list[Stretch]:
     """The tree of stretches that encloses all runs from a box in a mode, up to a horizon.
 
-    `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly; `until` is `horizon`, `met` or `violated`: where the following of a stretch may stop.
+    `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly. `until` is
+    `horizon`, `met` or `violated`: where the following of a stretch may stop.
 
     Raises
     ------
@@ -291,8 +300,14 @@ def reach(
 
 
 def _stretch(
-    parent: int | None, mode: int, jumps: int, certain: bool, jump: tuple | None, stages: list[tuple], end: str
+    parent: int | None,
+    mode: int,
+    jumps: int,
+    certain: bool,
+    jump: _kernel.JumpRow | None,
+    stages: list[_kernel.StepRow],
+    end: str,
 ) -> Stretch:
-    made = None if jump is None else Jump(*jump[:4], Judgement(*jump[4]))
+    made = None if jump is None else Jump(jump[0], jump[1], jump[2], jump[3], Judgement(*jump[4]))
     passed = [Stage(t, states, watched, Judgement(*claim), kept) for t, states, watched, claim, kept in stages]
     return Stretch(parent, mode, jumps, certain, made, passed, end)

@@ -21,14 +21,10 @@ from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import Listing, Tape
+from haverify.solvers.kernel import EdgeListing, Listing, ModeListing, Tape, Words
 from haverify.text.record import field, holder, record
 
 Q = Fraction
-Words = list[tuple[str, int]]
-Comparisons = list[tuple[int, str]]
-EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
-ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, list[EdgeListing]]
 
 ZERO, ONE = Expr("num", (Q(0),)), Expr("num", (Q(1),))
 CLOSED = {"<": "<=", ">": ">=", "<=": "<=", ">=": ">=", "==": "=="}
@@ -178,9 +174,7 @@ def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {n: i for i, n in enumerate(names)}
 
 
-def _mode(
-    model: HybridModel, number: int, judged: Judged, compared: list[list[tuple[Expr, str, int]]]
-) -> ModeListing:
+def _mode(model: HybridModel, number: int, judged: Judged, compared: list[list[tuple[Expr, str, int]]]) -> ModeListing:
     mode, known = model.modes[number], model.definitions[number]
     variables = _numbers(model.names)
     flow = Tape(variables, known)
@@ -318,4 +312,3 @@ def _split(e: Expr, source: dict[tuple[str, str], Expr], is_before: bool) -> Exp
     if is_before and e.op == "let":
         return _split(source[e.op, e.name], source, is_before=True)
     return rebuild(e, lambda c: _split(c, source, is_before))
-
