@@ -149,10 +149,13 @@ def answer(question: Question, level: Level, effort: Effort) -> Found | None:
     wanted = ansatz(question, level)
     scale = scales(question)
     inner = rescaled(wanted, scale)
-    if level.method == "squares":
-        found = semidefinite.solve(inner, effort.seconds())
-    else:
-        found = linear_search.solve(inner, level.method == "pairs")
+    try:
+        if level.method == "squares":
+            found = semidefinite.solve(inner, effort.seconds())
+        else:
+            found = linear_search.solve(inner, level.method == "pairs")
+    except OverflowError:  # a coefficient beyond the floats in which the search is made
+        return None
     if found is None:
         return None
     back = {v: variable(v) * constant(1 / s) for v, s in scale.items()}
