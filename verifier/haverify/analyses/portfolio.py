@@ -123,7 +123,8 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         found = decide_invariant(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError:
         return before
-    is_late = before.verdict.kind == "fragment" and not _is_steady(context)
+    is_endless = claim.time is None and all(g.window is None for g in claim.goals)
+    is_late = before.verdict.kind == "fragment" and is_endless and not _is_steady(context)
     tells = claim.inductive or (is_late and all(g.kind == "always" for g in claim.goals))
     return found if tells or not isinstance(found.verdict, Unknown) else before
 
@@ -142,7 +143,8 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow
 
-    decides = decide_hybrid if context.automaton.edges else decide_flow
+    needs_tree = context.automaton.edges or any(g.kind in ("reach", "stl") for g in claim.goals)
+    decides = decide_hybrid if needs_tree else decide_flow
     try:
         return decides(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError as e:
