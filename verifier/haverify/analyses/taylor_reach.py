@@ -16,6 +16,7 @@ from typing import Any
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
 from haverify.evidence.certificate import certificate, run_json
 from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.flowpipe import Stretch, flowpipe_json
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.interval import Interval
@@ -25,7 +26,8 @@ from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
+from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, enclosed, flowpipe
+from haverify.text.record import field as kept
 from haverify.text.record import holder, record
 
 Q = Fraction
@@ -56,7 +58,10 @@ class Asked:
 
 @holder
 class Question:
-    """A goal on a flow, compiled: the field, and the quantities of the four conditions in their order."""
+    """A goal on a flow, compiled: the field, and the quantities of the four conditions in their order.
+
+    `shown` are the flowpipes to draw, with their boxes: those that decide, or how far the first one came.
+    """
 
     model: FlowModel
     asked: Asked
@@ -66,6 +71,8 @@ class Question:
     limits: list[Pair]
     pieces: int = 0
     reached: Q | None = None
+    trouble: str = ""
+    shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
 
 
 def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
@@ -80,17 +87,18 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
         raise OutsideFragmentError("invariants of flows need a proof of induction, which this version does not have")
     goals = [_decide(model, claim, goal) for goal in claim.goals]
     verdict = _combined([g[0] for g in goals])
-    parts = tuple(PartResult(i, "flow", model.mode.name, "", t, v, r) for i, (v, _, r, t) in enumerate(goals))
+    shown = next((g[4] for g in goals if g[0] is verdict), goals[0][4])
+    parts = tuple(PartResult(i, "flow", model.mode.name, "", t, v, r) for i, (v, _, r, t, _) in enumerate(goals))
     if isinstance(verdict, Unknown):
-        return Evidence(verdict, parts, METHOD)
+        return Evidence(verdict, parts, METHOD, flowpipe=shown)
     known = hashes(spec, automaton, core)
     entries = []
-    for goal, (_, entry, _, _) in zip(claim.goals, goals, strict=True):
+    for goal, (_, entry, _, _, _) in zip(claim.goals, goals, strict=True):
         digest = known.part(known.goal(claim, goal), "flow", model.mode.name, "")
         entries.append({**entry, "hash": digest} if entry else {})
     word = "proved" if isinstance(verdict, Proved) else "refuted"
-    run = next((r for v, _, r, _ in goals if r is not None), None)
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run)
+    run = next((r for _, _, r, _, _ in goals if r is not None), None)
+    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run, flowpipe=shown)
 
 
 def _combined(verdicts: Sequence[Verdict]) -> Verdict:
@@ -102,16 +110,43 @@ def _combined(verdicts: Sequence[Verdict]) -> Verdict:
     return Proved(min(margins, key=lambda m: m.low, default=None))
 
 
-def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
-    """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words."""
+def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, Run | None, str, Json]:
+    """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words, its drawing."""
     question = _question(model, claim, goal)
+    return *_answered(question, goal), _drawing(question)
+
+
+def _drawing(question: Question) -> Json:
+    """The flowpipes to draw, None where there are none."""
+    mode = question.model.mode.name
+    stretches = []
+    for box, pipe in question.shown:
+        steps = [((s.start[0], s.end), _seen(question, s)) for s in pipe.segments]
+        stretches.append(Stretch(mode, 0, [_pair(*ends) for ends in box], steps))
+    return flowpipe_json(question.model.names, stretches) if stretches else None
+
+
+def _seen(question: Question, s: Segment) -> list[Pair]:
+    """The box of a step, cut where a variable was looked at more closely because the claim compares it."""
+    box = list(s.states)
+    for atom, (low, high) in zip(question.atoms, s.watched, strict=True):
+        left, right = atom.quantity.children if atom.quantity.op == "-" else (atom.quantity, None)
+        if left.op != "var" or (right is not None and right.op not in ("num", "scale", "const")):
+            continue
+        bound = 0.0 if right is None else float(question.model.values.number(right))
+        v = question.model.names.index(left.name)
+        box[v] = max(box[v][0], low + bound), min(box[v][1], high + bound)
+    return box
+
+
+def _answered(question: Question, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
     is_reach = goal.kind == "can_reach"
     has_start, run = _violating(question)
     if run is not None:
         text = "a run reaches it" if is_reach else "violated"
         return (Proved() if is_reach else Refuted(), {"kind": "flow_run", "run": run_json(run)}, run, text)
     if not has_start:
-        return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
+        return _without_start(question), {}, None, ""
     proof = _proved(question)
     if proof is None:
         return _undecided(question), {}, None, ""
@@ -121,10 +156,18 @@ def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, 
     return Proved(_margin(question, proof)), entry, None, "holds along every flowpipe"
 
 
+def _without_start(question: Question) -> Unknown:
+    if question.trouble:
+        return Unknown("budget", f"the flow could not be followed from any start that was tried: {question.trouble}")
+    return Unknown("vacuous", "no start was found that is certainly admissible")
+
+
 def _undecided(question: Question) -> Unknown:
     at = question.reached
     reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
-    reason = f"{question.pieces} flowpipes did not show it, and no run that violates it was found"
+    count = f"{question.pieces} flowpipes" if question.pieces > 1 else "a flowpipe"
+    reason = f"{count} did not show it, and no run that violates it was found"
+    reason += f"; the last one ended early: {question.trouble}" if question.trouble else ""
     return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
 
 
@@ -138,6 +181,8 @@ def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
     outputs = [watch.add(a.quantity) for a in atoms]
     limits = _limits(asked.claim)
     limits += [UNLIMITED] * (len(atoms) - len(limits))
+    for q in (asked.last, *(end for box in model.boxes for ends in box for end in ends)):
+        enclosed(q)
     return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
 
 
@@ -258,29 +303,31 @@ def _open(question: Question, pipe: Pipe) -> Segment | None:
 def _proved(question: Question) -> list[Pipe] | None:
     """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed."""
     waiting = list(question.model.boxes)
-    found: list[Pipe] = []
+    found: list[tuple[Box, Pipe]] = []
     while waiting:
         box = waiting.pop()
         if question.pieces >= PIECES:
             return None
         question.pieces += 1
         pipe = _pipe(question, box, _settings(question, box, is_point=False))
+        question.shown = question.shown or [(box, pipe)]
         undecided = _open(question, pipe)
         if undecided is None and not pipe.trouble:
-            found.append(pipe)
+            found.append((box, pipe))
             continue
         _note(question, pipe, undecided)
         halves = _halved(box)
         if halves is None:
             return None
         waiting += halves
-    return found
+    question.shown = found
+    return [pipe for _, pipe in found]
 
 
 def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
     """How far it was shown: the least over the pieces that are open now."""
     end = undecided.start[0] if undecided is not None else pipe.segments[-1].end if pipe.segments else 0.0
-    question.reached = Q(end)
+    question.reached, question.trouble = Q(end), pipe.trouble
 
 
 def _halved(box: Box) -> list[Box] | None:
@@ -324,8 +371,21 @@ def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None
             return number > 0, None
         low, high = max(Q(s.start[1]), first), min(Q(s.start[0]) + Q(s.length), last)
         if low <= high and claim is False:
+            question.shown = [(box, pipe)]
             return True, _simplest(low, high)
+    if not pipe.segments:
+        question.trouble = pipe.trouble
     return bool(pipe.segments), None
+
+
+def violating_from(model: FlowModel, claim: Claim, goal: Goal, point: Sequence[Q]) -> Q | None:
+    """An instant at which the run from a point (in the order of the model's names) certainly violates an `always` goal.
+
+    Raises
+    ------
+    OutsideFragmentError    if the goal is none that flowpipes speak of
+    """
+    return _violated_at(_question(model, claim, goal), point)[1]
 
 
 def _simplest(low: Q, high: Q) -> Q:

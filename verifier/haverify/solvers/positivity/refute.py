@@ -169,10 +169,13 @@ def answer(question: Question, level: Level, effort: Effort) -> Found | None:
     """A solution for the multipliers of a level."""
     there, back = coordinates(question)
     wanted = ansatz(moved(question, there), level)
-    if level.method == "squares":
-        found = semidefinite.solve(wanted, effort.seconds())
-    else:
-        found = linear_search.solve(wanted, level.method == "pairs")
+    try:
+        if level.method == "squares":
+            found = semidefinite.solve(wanted, effort.seconds())
+        else:
+            found = linear_search.solve(wanted, level.method == "pairs")
+    except OverflowError:  # a coefficient beyond the floats in which the search is made
+        return None
     if found is None or error(wanted, found).whole:
         return None
     own = {f.key for f in question.free}
