@@ -268,10 +268,14 @@ def _sign_all(search: Search, polys: Sequence[Polynomial], levels: tuple[Level, 
         before = len(search.cuts)
         for q in literals(search.system.goal):
             search.attempt([q], levels)
-        for p in polys:
-            for q in _signed(search, p):
-                search.attempt([q], levels)
-        if len(search.cuts) == before or search.is_done(CHEAP):
+        for degree in sorted({p.total_degree() for p in polys}):
+            known = len(search.cuts)
+            for p in polys:
+                for q in _signed(search, p) if p.total_degree() == degree else ():
+                    search.attempt([q], levels)
+            if len(search.cuts) > known and search.is_done(CHEAP):
+                return
+        if len(search.cuts) == before or search.is_over():
             return
 
 
@@ -308,14 +312,11 @@ def _signed(search: Search, p: Polynomial) -> Iterator[Literal]:
     if at_start is None:
         return
     low, high = at_start
-    if low > 0:
-        yield below(-p, op="<")
-    elif low > -1e-9:
-        yield below(-p)
-    if high < 0:
-        yield below(p, op="<")
-    elif high < 1e-9:
-        yield below(p)
+    for signed, least in ((p, low), (-p, -high)):
+        if least > 0:
+            yield below(-signed, op="<")
+        if -1e-9 < least < (high - low) / 4 + 1e-9:
+            yield below(-signed)
     yield from _box_of(search, p)
 
 
