@@ -26,7 +26,7 @@ from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
+from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, enclosed, flowpipe
 from haverify.text.record import field as kept
 from haverify.text.record import holder, record
 
@@ -71,6 +71,7 @@ class Question:
     limits: list[Pair]
     pieces: int = 0
     reached: Q | None = None
+    trouble: str = ""
     shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
 
 
@@ -145,7 +146,7 @@ def _answered(question: Question, goal: Goal) -> tuple[Verdict, Json, Run | None
         text = "a run reaches it" if is_reach else "violated"
         return (Proved() if is_reach else Refuted(), {"kind": "flow_run", "run": run_json(run)}, run, text)
     if not has_start:
-        return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
+        return _without_start(question), {}, None, ""
     proof = _proved(question)
     if proof is None:
         return _undecided(question), {}, None, ""
@@ -155,10 +156,18 @@ def _answered(question: Question, goal: Goal) -> tuple[Verdict, Json, Run | None
     return Proved(_margin(question, proof)), entry, None, "holds along every flowpipe"
 
 
+def _without_start(question: Question) -> Unknown:
+    if question.trouble:
+        return Unknown("budget", f"the flow could not be followed from any start that was tried: {question.trouble}")
+    return Unknown("vacuous", "no start was found that is certainly admissible")
+
+
 def _undecided(question: Question) -> Unknown:
     at = question.reached
     reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
-    reason = f"{question.pieces} flowpipes did not show it, and no run that violates it was found"
+    count = f"{question.pieces} flowpipes" if question.pieces > 1 else "a flowpipe"
+    reason = f"{count} did not show it, and no run that violates it was found"
+    reason += f"; the last one ended early: {question.trouble}" if question.trouble else ""
     return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
 
 
@@ -172,6 +181,8 @@ def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
     outputs = [watch.add(a.quantity) for a in atoms]
     limits = _limits(asked.claim)
     limits += [UNLIMITED] * (len(atoms) - len(limits))
+    for q in (asked.last, *(end for box in model.boxes for ends in box for end in ends)):
+        enclosed(q)
     return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
 
 
@@ -316,7 +327,7 @@ def _proved(question: Question) -> list[Pipe] | None:
 def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
     """How far it was shown: the least over the pieces that are open now."""
     end = undecided.start[0] if undecided is not None else pipe.segments[-1].end if pipe.segments else 0.0
-    question.reached = Q(end)
+    question.reached, question.trouble = Q(end), pipe.trouble
 
 
 def _halved(box: Box) -> list[Box] | None:
@@ -362,7 +373,19 @@ def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None
         if low <= high and claim is False:
             question.shown = [(box, pipe)]
             return True, _simplest(low, high)
+    if not pipe.segments:
+        question.trouble = pipe.trouble
     return bool(pipe.segments), None
+
+
+def violating_from(model: FlowModel, claim: Claim, goal: Goal, point: Sequence[Q]) -> Q | None:
+    """An instant at which the run from a point (in the order of the model's names) certainly violates an `always` goal.
+
+    Raises
+    ------
+    OutsideFragmentError    if the goal is none that flowpipes speak of
+    """
+    return _violated_at(_question(model, claim, goal), point)[1]
 
 
 def _simplest(low: Q, high: Q) -> Q:
