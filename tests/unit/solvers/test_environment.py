@@ -20,7 +20,7 @@ automaton B {
   mode R { flow { x' = -sin(x) } }
 }
 property calm on A { within 1; always x <= 1.2 }
-property hops on B { within 2; always x <= 1.01 }
+property hops on B { can reach at(R) and x <= 0.4 within 2 }
 """
 
 # On x86-64 control words are set through the C library's <fenv.h>: fesetround, and a whole environment whose mxcsr
