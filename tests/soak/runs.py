@@ -25,7 +25,7 @@ def stepped(field: Field, y: Array, h: float | Array) -> Array:
 
 @dataclass
 class Jumped:
-    """Jumps by one edge (its mode, its number there): which runs, their numbers of jumps after it, instants, states before and after."""
+    """Jumps by one edge (its mode, its number there): runs, jumps made with it, instants, states before and after."""
 
     edge: tuple[int, int]
     runs: Ints
