@@ -36,7 +36,7 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	cargo test --quiet --locked --manifest-path $(CRATE)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
 
 lint: $(STAMP)
 	$(BIN)/ruff check

@@ -62,12 +62,13 @@ class Check:
         self.present = {p.stem for p in certificates.glob("*.json")} if certificates.is_dir() else set()
         self._settings: dict[tuple[int, bool], Setting] = {}
         self._systems: dict[str, Any] = {}
+        self._lemmas, self._open = set[str](), set[str]()
 
     def setting(self, automaton: Json, rounding: bool) -> Setting:
         """What the claims on an automaton share."""
         key = (id(automaton), rounding)
         if key not in self._settings:
-            self._settings[key] = Setting(self.core, automaton, rounding, self.load_cells)
+            self._settings[key] = Setting(self.core, automaton, rounding, self.load_cells, self.lemma)
         return self._settings[key]
 
     def system(self, system: Json) -> Any:
@@ -77,6 +78,21 @@ class Check:
         if system["name"] not in self._systems:
             self._systems[system["name"]] = SystemCheck(self.core, system, self.load_cells)
         return self._systems[system["name"]]
+
+    def lemma(self, name: str) -> Json:
+        """A claim that its own certificate proves, and not by way of itself."""
+        if name in self._open or name not in self.core.claims:
+            raise Refused(f"the invariant {name[:60]!a} uses itself, or is none")
+        if name not in self._lemmas:
+            self._open.add(name)
+            try:
+                found = self._established(self.core.claims[name])
+            finally:
+                self._open.discard(name)
+            if found is None or found[0] != "proved":
+                raise Refused(f"the invariant {name[:60]!a} is used and not proved")
+            self._lemmas.add(name)
+        return self.core.claims[name]
 
     def load_cells(self, name: str) -> Json:
         """A file of cells."""

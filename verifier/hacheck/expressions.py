@@ -38,6 +38,7 @@ MANY = (1, 10**6)
 ARITY = {  # the fewest and the most operands
     **dict.fromkeys(("pi", "time", "jumped", "stuck"), (0, 0)),
     **dict.fromkeys(("const", "param", "input", "var", "let", "neg", "abs", "not", "at", "jump", "pre", "der"), (1, 1)),
+    **dict.fromkeys(("sin", "cos", "exp"), (1, 1)),
     **dict.fromkeys(("sym", "-", "/", "^", "implies", *NEGATED), (2, 2)),
     **dict.fromkeys(("scale", "clamp", "if"), (3, 3)), **dict.fromkeys(("+", "*", "min", "max", "and", "or"), MANY),
 }  # fmt: skip
@@ -175,6 +176,8 @@ class Instant:
             return _few(c for no, n, d in self.value(args[0]) for c in self._greater((no, n, d), (no, scale(n, -1), d)))
         if op == "clamp":
             return self.value(["min", ["max", args[0], args[1]], args[2]])
+        if op in ("sin", "cos", "exp"):
+            return [(False, self.scope.function(op, self.poly(args[0])), ONE)]
         if op not in ("min", "max"):
             raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
         out = self.value(args[0])

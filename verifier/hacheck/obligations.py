@@ -43,8 +43,11 @@ def mentioned(core: Core, value: Json, hidden: set[str]) -> list[Json]:
 class Setting:
     """An automaton under one reading of its constants, with what several claims share."""
 
-    def __init__(self, core: Core, automaton: Json, rounding: bool, load: Callable[[str], Json]) -> None:
-        self.core, self.a, self.load = core, automaton, load
+    def __init__(
+        self, core: Core, automaton: Json, rounding: bool, load: Callable[[str], Json],
+        lemma: Callable[[str], Json] | None = None,
+    ) -> None:  # fmt: skip
+        self.core, self.a, self.load, self.lemma = core, automaton, load, lemma
         shared = {key: core.data[key] for key in ("params", "enums", "assumptions")}
         well_formed([automaton, core.data["constants"], shared], False)
         self.model = Model(Scope(core, automaton, rounding))
@@ -80,7 +83,7 @@ class Question:
         seen = mentioned(setting.core, about, set())
         if any(c["name"] in self.scope.hidden for c in seen):
             raise Beyond("a constant of the claim that the automaton has too")
-        self.hash = canonical_hash({**about, "constants": seen})
+        self.about, self.hash = about, canonical_hash({**about, "constants": seen})
         window = goal["window"] or []
         if len(window) not in (0, 2):
             raise Refused("a window has not two ends")
@@ -127,9 +130,9 @@ class Question:
         """May the condition, in one of these modes, read the time?"""
         return any(n[0] == "time" for n in nodes([self.condition, self.setting.a["lets"], modes]))
 
-    def _same(self, given: Json, kind: str, where: str, output: str) -> None:
+    def same(self, given: Json, kind: str, where: str, output: str, goal: str = "") -> None:
         """The hash of an obligation is the one derived from the core."""
-        mine = canonical_hash(["haverify.obligation/1", self.setting.hash, self.hash, kind, where, output])
+        mine = canonical_hash(["haverify.obligation/1", self.setting.hash, goal or self.hash, kind, where, output])
         if given.get("hash") != mine:
             raise Refused(f"the {kind} {where} {output} has another hash than the obligation derived from the core")
 
@@ -140,19 +143,23 @@ class Question:
         kind, aim = entry["kind"], self.goal["kind"]
         if kind == "cells" and aim in ("always", "can_reach"):
             return self._cells(entry, aim == "always")
+        if kind == "invariant":
+            from hacheck.invariants import shown
+
+            return shown(self, entry)
         if kind == "inevitable" and aim == "reach":
-            self._same(entry, "goal", "", "")
+            self.same(entry, "goal", "", "")
             self._inevitable(entry)
             return "proved", [("", "", "proved")]
         if kind == "run" and aim in ("reach", "can_reach"):
-            self._same(entry, "goal", "", "")
+            self.same(entry, "goal", "", "")
             walk = Walk(self.model, entry["run"], self.assume)
             verdict = self._missed(walk) if aim == "reach" else self._met(walk)
             return verdict, [("", "", verdict)]
         if kind == "signals" and aim in ("stl", "can_always"):
             from hacheck.signals import established as over_time
 
-            self._same(entry, "goal", "", "")
+            self.same(entry, "goal", "", "")
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
         if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
@@ -180,7 +187,7 @@ class Question:
         return ("refuted" if "refuted" in verdicts else None), found
 
     def _part(self, entry: Json, part: Part, given: Json) -> str:
-        self._same(given, *part[:3])
+        self.same(given, *part[:3])
         if "proof" in given and "run" in given:
             raise Refused("a part with a proof and a run")
         if "proof" in given:

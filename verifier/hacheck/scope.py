@@ -80,6 +80,10 @@ class Scope:
         """Is it an integer wherever discrete variables are?"""
         return p.unit == 1 and names(p) <= self.whole
 
+    def function(self, op: str, _: Poly) -> Poly:
+        """A function of a polynomial, as a name; only about flows."""
+        raise Beyond(f"`{op}` is outside the checker's fragment")
+
     def ordinal(self, enum: str, value: str) -> Fraction:
         """The number an enumeration value counts as."""
         found = self.core.enums.get(enum)

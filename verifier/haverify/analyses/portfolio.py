@@ -96,14 +96,36 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
     try:
-        return _decide(context, claim, units)
+        found = _decide(context, claim, units)
     except OutsideFragmentError as e:
-        return _by_flowpipe(context, claim, str(e))
+        return _by_induction(context, claim, _by_flowpipe(context, claim, str(e)))
+    return _by_induction(context, claim, found) if claim.inductive else found
+
+
+def _by_induction(context: Context, claim: Claim, before: Evidence) -> Evidence:
+    """What an invariant shows of a claim that was not decided before."""
+    if not isinstance(before.verdict, Unknown) or any(g.kind not in ("always", "can_reach") for g in claim.goals):
+        return before
+    from haverify.analyses.induction.decide import decide_invariant
+
+    try:
+        found = decide_invariant(context.spec, context.automaton, claim, context.core)
+    except OutsideFragmentError:
+        return before
+    is_late = before.verdict.kind == "fragment" and not _is_steady(context)
+    tells = claim.inductive or (is_late and all(g.kind == "always" for g in claim.goals))
+    return found if tells or not isinstance(found.verdict, Unknown) else before
+
+
+def _is_steady(context: Context) -> bool:
+    """Whether every rate is a number."""
+    lines = [line for m in context.automaton.modes for line in m.flow]
+    return all(line.rate.op == "num" for line in lines if isinstance(line.rate, Expr))
 
 
 def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
-    if all(line.rate.op == "num" for m in context.automaton.modes for line in m.flow if isinstance(line.rate, Expr)):
+    if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow

@@ -44,10 +44,12 @@ class Hashes:
         }
         return digest(value)
 
-    def goal(self, claim: Claim, goal: Goal) -> str:
-        """G: the goal with its horizon and assumptions."""
+    def goal(self, claim: Claim, goal: Goal, using: Iterable[Goal] = ()) -> str:
+        """G: the goal with its horizon, assumptions and, for invariants, the goals of those it uses."""
         assume = [expr_to_json(e) for e in claim.assume]
         value = {"goal": goal_to_json(goal), "horizon": horizon_to_json(claim), "assume": assume}
+        used = [goal_to_json(g) for g in using]
+        value |= {"using": used} if used else {}
         return digest({**value, "constants": self.mentioned(value)})
 
     def part(self, goal: str, kind: str, where: str, output: str) -> str:

@@ -86,6 +86,7 @@ class Scope:
     time: tuple[Polynomial, Polynomial] | None = None
     box: Box = field(default_factory=dict)  # of the params, where divisors are looked at
     landing: Landing | None = None
+    function: Callable[[str, Polynomial], Polynomial] | None = None  # what `sin` and others of a polynomial are
     let_cases: dict[str, list[Case]] = field(default_factory=dict)
     let_truths: dict[str, Formula] = field(default_factory=dict)
 
@@ -369,6 +370,12 @@ def _before(scope: Scope, e: Expr) -> Scope:
     return scope.landing.before
 
 
+def _function(scope: Scope, e: Expr) -> list[Case]:
+    if scope.function is None:
+        raise OutsideFragmentError(f"{scope.where} reads {described(e)}")
+    return [Case(True, scope.function(e.op, scope.polynomial(e.children[0])))]
+
+
 def _symbol(scope: Scope, e: Expr) -> list[Case]:
     return [Case(True, constant(scope.symbols(str(e.args[0]), str(e.args[1]))))]
 
@@ -401,6 +408,9 @@ _VALUES: dict[str, Callable[[Scope, Expr], list[Case]]] = {
     "clamp": _clamp,
     "if": _choice,
     "der": _derivative,
+    "sin": _function,
+    "cos": _function,
+    "exp": _function,
     "pre": lambda s, e: _before(s, e).cases(e.children[0]),
 }
 

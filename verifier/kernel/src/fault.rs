@@ -21,6 +21,8 @@ pub enum Fault {
     Unknown,
     /// No step of the least length could be validated.
     Step,
+    /// A jump could not be told from none: the flow touches a guard, or the whole set does not cross it in one step.
+    Crossing,
     /// Rounding is not to nearest, or subnormal numbers are flushed to zero.
     Environment,
 }
@@ -36,6 +38,9 @@ impl fmt::Display for Fault {
             Fault::Exponent => "the exponent does not fit 32 bits",
             Fault::Unknown => "the kernel has no operation of this name",
             Fault::Step => "no step of the least length could be validated",
+            Fault::Crossing => {
+                "a jump could not be told from none: the flow touches a guard, or does not cross it within one step"
+            }
             Fault::Environment => {
                 "the floating-point unit does not round to nearest, or flushes small numbers to zero: \
                  another library of the process changed its settings"

@@ -14,8 +14,9 @@ use crate::errors::Errors;
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
-use crate::models::{raised, Model, Space};
+use crate::models::{Model, Space};
 use crate::series::{jacobian, solution, values, variations, Ring, Tape};
+use crate::sets::Set;
 use std::ops::{Add, Mul};
 
 /// How finely to compute; none of it decides whether a result is true.
@@ -72,24 +73,25 @@ const LOSS: f64 = 0.1;
 const ATTEMPTS: usize = 4;
 
 /// What holds during a whole step: the last coefficient of the series, the slopes of the field, all states.
-struct Tube {
+pub(crate) struct Tube {
     lagrange: Vec<Interval>,
     slopes: Matrix,
     states: Vec<Model>,
 }
 
 /// One validated step: the series at its start, what holds during it, how errors move to its end.
-struct Step {
-    h: f64,
+pub(crate) struct Step {
+    pub(crate) h: f64,
     series: Vec<Vec<Model>>,
     tube: Tube,
     transition: Vec<Vec<Model>>,
 }
 
-struct Flow<'a> {
+/// A set on its way along a field.
+pub(crate) struct Flow<'a> {
     field: &'a Tape,
     settings: &'a Settings,
-    space: Space,
+    pub(crate) space: Space,
     /// The space of what errors and tubes need.
     linear: Space,
     centre: Vec<Model>,
@@ -104,7 +106,7 @@ pub fn flowpipe(
     watch: Watch,
     settings: &Settings,
 ) -> Result<Pipe, Fault> {
-    let mut flow = Flow::new(field, start, settings)?;
+    let mut flow = Flow::new(field, Set::of_box(start, settings.degree), settings);
     let mut pipe = Pipe { segments: Vec::new(), end: End::Steps, last: None };
     let (mut time, mut h) = (Interval::ZERO, settings.first_step.min(settings.longest_step));
     while pipe.segments.len() < settings.steps {
@@ -135,7 +137,7 @@ pub fn record(
     horizon: Interval,
     settings: &Settings,
 ) -> Result<(Vec<Vec<u8>>, Vec<Recorded>), Fault> {
-    let mut flow = Flow::new(field, start, settings)?;
+    let mut flow = Flow::new(field, Set::of_box(start, settings.degree), settings);
     let (mut time, mut wanted) = (Interval::ZERO, settings.first_step.min(settings.longest_step));
     let mut steps = Vec::new();
     while horizon.high() > time.low() {
@@ -151,25 +153,31 @@ pub fn record(
     Ok((flow.space.exponents, steps))
 }
 
+impl Step {
+    /// The series in time by variable: coefficients that are models of the set.
+    pub(crate) fn series(&self) -> &[Vec<Model>] {
+        &self.series
+    }
+
+    /// The coefficient of the term after the last of the series, at any instant of the step.
+    pub(crate) fn lagrange(&self, v: usize) -> Interval {
+        self.tube.lagrange[v]
+    }
+
+    pub(crate) fn order(&self) -> usize {
+        self.series[0].len() - 1
+    }
+}
+
 impl<'a> Flow<'a> {
-    fn new(field: &'a Tape, start: &[Interval], settings: &'a Settings) -> Result<Flow<'a>, Fault> {
-        // An enclosure of one number is an error, not a direction of the set.
-        let is_wide = |x: &Interval| x.high() - x.low() > 1e-14 * x.norm();
-        let wide: Vec<usize> = (0..start.len()).filter(|&v| is_wide(&start[v])).collect();
-        let (space, linear) = (Space::new(wide.len(), settings.degree), Space::new(wide.len(), LINEAR));
-        let (mut centre, mut radii) = (Vec::new(), Vec::new());
-        for (v, x) in start.iter().enumerate() {
-            let middle = x.midpoint();
-            let half = if x.low() == x.high() { 0.0 } else { raised((x.high() - middle).max(middle - x.low())) };
-            let (model, radius) = match wide.iter().position(|&w| w == v) {
-                Some(z) => (space.variable(z, middle, half), if settings.degree == 0 { half } else { 0.0 }),
-                None => (space.number(middle), half),
-            };
-            radii.push(radius);
-            centre.push(space.polynomial(&model));
-        }
+    /// From the polynomials of a set; their radii are errors.
+    pub(crate) fn new(field: &'a Tape, start: Set, settings: &'a Settings) -> Flow<'a> {
+        let Set { space, models } = start;
+        let linear = Space::new(space.variables, LINEAR);
+        let radii: Vec<f64> = models.iter().map(|m| m.radius).collect();
+        let centre = models.iter().map(|m| space.polynomial(m)).collect();
         let errors = Errors::of_box(&linear, &radii);
-        Ok(Flow { field, settings, space, linear, centre, errors })
+        Flow { field, settings, space, linear, centre, errors }
     }
 
     /// Take one step of at most `wanted` and record it; the instant after it and the length to try next.
@@ -197,7 +205,7 @@ impl<'a> Flow<'a> {
     }
 
     /// A step of at most `wanted`, and the length to try next.
-    fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
+    pub(crate) fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
         let Settings { order, tolerance, .. } = *self.settings;
         // What is left before the horizon may be shorter than any step should be.
         let least_step = self.settings.least_step.min(wanted);
@@ -302,7 +310,7 @@ impl<'a> Flow<'a> {
     }
 
     /// The states at instants `t` of the step, as Taylor models with all errors in their radius.
-    fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
+    pub(crate) fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
         let order = self.settings.order;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
         let last = t.powi(order as i32 + 1)?;
@@ -313,6 +321,29 @@ impl<'a> Flow<'a> {
             self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(moved[v])?)?)
         };
         (0..step.series.len()).map(state).collect()
+    }
+
+    /// Bounds of what the errors at the start of the step are at any instant of it.
+    pub(crate) fn moved_errors(&self, step: &Step) -> Result<Vec<f64>, Fault> {
+        let along = step.tube.slopes.transition(Interval::new(0.0, step.h)?)?;
+        Ok(along.bounds(&self.errors.radii(self.centre.len())))
+    }
+
+    pub(crate) fn field(&self) -> &Tape {
+        self.field
+    }
+
+    /// The states at the start of the next step.
+    pub(crate) fn set(&self) -> Result<Set, Fault> {
+        let radii = self.errors.radii(self.centre.len());
+        let with = |(m, r): (&Model, f64)| Model { coefficients: m.coefficients.clone(), radius: r };
+        Ok(Set { space: self.space.clone(), models: self.centre.iter().zip(radii).map(with).collect() })
+    }
+
+    /// The first part of a step as a step of its own.
+    pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
+        let transition = self.transition(&step.tube, h)?;
+        Ok(Step { h, transition, ..step })
     }
 
     /// The range of a watched quantity during a part of a step; a closer look is taken where it leaves its limits.
@@ -327,7 +358,7 @@ impl<'a> Flow<'a> {
     }
 
     /// Move the set to the end of the step.
-    fn land(&mut self, step: &Step) -> Result<(), Fault> {
+    pub(crate) fn land(&mut self, step: &Step) -> Result<(), Fault> {
         let order = self.settings.order;
         let h = Interval::exactly(step.h)?;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;

@@ -9,12 +9,14 @@
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
+pub mod condition;
+pub mod crossing;
 pub mod elementary;
 pub mod environment;
 pub mod errors;
 pub mod fault;
 pub mod flowpipe;
-
+pub mod hybrid;
 pub mod interval;
 pub mod matrix;
 pub mod models;
@@ -23,3 +25,5 @@ mod python;
 pub mod ratio;
 pub mod rounding;
 pub mod series;
+pub mod sets;
+mod walk;

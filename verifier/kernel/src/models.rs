@@ -85,6 +85,14 @@ impl Space {
         self.exponents.len()
     }
 
+    /// The position of a monomial of the space, given by its exponents.
+    pub fn position(&self, exponents: &[u8]) -> usize {
+        let degree: usize = exponents.iter().map(|&e| usize::from(e)).sum();
+        let from = if degree == 0 { 0 } else { self.upto[degree - 1] };
+        let found = self.exponents[from..self.upto[degree]].iter().position(|e| e == exponents);
+        from + found.expect("a monomial of the space")
+    }
+
     pub fn zero(&self) -> Model {
         Model { coefficients: vec![0.0; self.size()], radius: 0.0 }
     }
@@ -131,7 +139,8 @@ impl Space {
                 high += c.abs();
             }
         }
-        let spread = Interval::new(-raised(-low), raised(high))?;
+        let out = |bound: f64| if bound == 0.0 { 0.0 } else { raised(bound) };
+        let spread = Interval::new(-out(-low), out(high))?;
         spread.add(Interval::exactly(a.coefficients[0])?)?.add(Interval::symmetric(a.radius)?)
     }
 

@@ -1,8 +1,11 @@
 //! The Python face: names of operations to operations, pairs of floats to pairs of floats, faults to exceptions.
 
+use crate::condition::{Comparison, Condition};
 use crate::environment::guarded;
 use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
+use crate::hybrid::End as Ended;
+use crate::hybrid::{reach as follow, Budget, Edge, Guard, Judgement, Mode, Stretch, Until};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::ratio;
@@ -102,11 +105,117 @@ fn intervals(given: &[Pair]) -> Result<Vec<Interval>, Why> {
     given.iter().map(|&(low, high)| Interval::new(low, high)).collect()
 }
 
+fn comparison(sign: &str) -> Result<Comparison, Why> {
+    Ok(match sign {
+        "<" => Comparison::Less,
+        "<=" => Comparison::AtMost,
+        ">" => Comparison::Greater,
+        ">=" => Comparison::AtLeast,
+        "==" => Comparison::Equal,
+        "!=" => Comparison::Differ,
+        _ => return Err(Why::Unknown),
+    })
+}
+
+/// A condition as Python gives it, the operator before its members: `all` and `any` with their number, `true`,
+/// `false`, or a comparison with the position of the quantity.
+type Words = Vec<(String, usize)>;
+
+fn condition(words: &mut std::slice::Iter<(String, usize)>, depth: usize) -> Result<Condition, Why> {
+    let (word, number) = words.next().filter(|_| depth < 200).ok_or(Why::Unknown)?;
+    let members = |words: &mut std::slice::Iter<(String, usize)>| -> Result<Vec<Condition>, Why> {
+        (0..*number).map(|_| condition(words, depth + 1)).collect()
+    };
+    Ok(match word.as_str() {
+        "true" => Condition::Constant(true),
+        "false" => Condition::Constant(false),
+        "all" => Condition::All(members(words)?),
+        "any" => Condition::Any(members(words)?),
+        sign => Condition::Atom(*number, comparison(sign)?),
+    })
+}
+
+type Comparisons = Vec<(usize, String)>;
+
+fn guard(given: &Comparisons) -> Result<Guard, Why> {
+    given.iter().map(|(at, sign)| Ok((*at, comparison(sign)?))).collect()
+}
+
+/// An edge as Python gives it: target, urgent, guard, reset, choices, landing, claim.
+type EdgeListing = (usize, bool, Comparisons, Listing, usize, Listing, Words);
+/// A mode as Python gives it: field, watched quantities, domain, claim, window, edges.
+type ModeListing = (Listing, Listing, Comparisons, Words, Words, Vec<EdgeListing>);
+
+fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
+    let (field, watch, domain, claim, window, edges) = listing;
+    let edge = |(target, is_urgent, guarded, reset, choices, landing, claim): &EdgeListing| -> Result<Edge, Why> {
+        Ok(Edge {
+            target: *target,
+            is_urgent: *is_urgent,
+            guard: guard(guarded)?,
+            reset: tape(reset, variables + choices)?,
+            choices: *choices,
+            landing: tape(landing, 2 * variables)?,
+            claim: condition(&mut claim.iter(), 0)?,
+        })
+    };
+    Ok(Mode {
+        field: tape(field, variables)?,
+        watch: tape(watch, variables)?,
+        domain: guard(domain)?,
+        claim: condition(&mut claim.iter(), 0)?,
+        window: condition(&mut window.iter(), 0)?,
+        edges: edges.iter().map(edge).collect::<Result<_, _>>()?,
+    })
+}
+
+/// What is known of a claim, as Python gets it: holds, fails, instants at which it certainly does.
+type Judged = (bool, bool, Option<Pair>, Option<Pair>);
+
+fn judged(claim: &Judgement) -> Judged {
+    let ends = |x: Option<Interval>| x.map(|x| (x.low(), x.high()));
+    (claim.holds, claim.fails, ends(claim.met), ends(claim.violated))
+}
+
+/// A jump as Python gets it: edge, time, states before and after, claim.
+type JumpRow = (usize, Pair, Vec<Pair>, Vec<Pair>, Judged);
+/// A step as Python gets it: time, states, watched quantities, claim, whether it keeps the window.
+type StepRow = (Pair, Vec<Pair>, Vec<Pair>, Judged, bool);
+/// A stretch as Python gets it: parent, mode, jumps, certain, jump, steps, how it ended.
+type StretchRow = (Option<usize>, usize, usize, bool, Option<JumpRow>, Vec<StepRow>, String);
+
+fn stretch_row(s: &Stretch) -> StretchRow {
+    let jump = s
+        .jump
+        .as_ref()
+        .map(|j| (j.edge, (j.time.low(), j.time.high()), pairs(&j.before), pairs(&j.after), judged(&j.claim)));
+    let steps = s
+        .segments
+        .iter()
+        .map(|g| {
+            let time = (g.time.low(), g.time.high());
+            (time, pairs(&g.states), pairs(&g.watched), judged(&g.claim), g.keeps_window)
+        })
+        .collect();
+    let end = match s.end {
+        Ended::Horizon => "horizon".to_owned(),
+        Ended::Answered => "answered".to_owned(),
+        Ended::Jumped { may_be_stuck: false } => "jumped".to_owned(),
+        Ended::Jumped { may_be_stuck: true } => "left".to_owned(),
+        Ended::Cut => "cut".to_owned(),
+        Ended::Jumps => "jumps".to_owned(),
+        Ended::Steps => "the steps allowed were used up".to_owned(),
+        Ended::Stretches => "the stretches allowed were used up".to_owned(),
+        Ended::Stopped(why) => why.to_string(),
+    };
+    (s.parent, s.mode, s.jumps, s.is_certain, jump, steps, end)
+}
+
 /// A segment as Python gets it: where it starts, its length, the states, the watched quantities.
 type Row = (Pair, f64, Vec<Pair>, Vec<Pair>);
 
 /// A recorded step as Python gets it: its length, and for each variable the coefficients in time, polynomials themselves.
-type StepRow = (f64, Vec<Vec<Vec<f64>>>);
+type RecordRow = (f64, Vec<Vec<Vec<f64>>>);
 
 #[pymodule]
 mod _kernel {
@@ -191,7 +300,7 @@ mod _kernel {
         horizon: Pair,
         order_degree_steps: (usize, usize, usize),
         tolerance_first_longest_least: (f64, f64, f64, f64),
-    ) -> PyResult<(Vec<Vec<usize>>, Vec<StepRow>)> {
+    ) -> PyResult<(Vec<Vec<usize>>, Vec<RecordRow>)> {
         let (order, degree, steps) = order_degree_steps;
         let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
         let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth: 0 };
@@ -203,6 +312,38 @@ mod _kernel {
         let coefficients = |series: Vec<Model>| series.into_iter().map(|m| m.coefficients).collect();
         let rows = found.into_iter().map(|(h, x)| (h, x.into_iter().map(coefficients).collect())).collect();
         Ok((exponents.into_iter().map(|e| e.into_iter().map(usize::from).collect()).collect(), rows))
+    }
+
+    /// The tree of stretches that encloses all runs from a box in a mode; `until` is `horizon`, `met` or `violated`.
+    #[pyfunction]
+    #[allow(clippy::too_many_arguments)]
+    fn reach(
+        py: Python<'_>,
+        modes: Vec<ModeListing>,
+        start: (usize, Vec<Pair>),
+        horizon: f64,
+        until: &str,
+        order_degree_steps_depth: (usize, usize, usize, u32),
+        tolerance_first_longest_least: (f64, f64, f64, f64),
+        jumps_stretches_cuts: (usize, usize, usize),
+    ) -> PyResult<Vec<StretchRow>> {
+        let (order, degree, steps, depth) = order_degree_steps_depth;
+        let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
+        let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth };
+        let (jumps, stretches, cuts) = jumps_stretches_cuts;
+        let analysis = || -> Result<Vec<Stretch>, Why> {
+            let until = match until {
+                "horizon" => Until::Horizon,
+                "met" => Until::Met,
+                "violated" => Until::Violated,
+                _ => return Err(Why::Unknown),
+            };
+            let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;
+            let budget = Budget { jumps, stretches, cuts };
+            follow(&given, (start.0, &intervals(&start.1)?), horizon, until, &settings, &budget)
+        };
+        let found = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        Ok(found.iter().map(stretch_row).collect())
     }
 
     #[pyfunction]

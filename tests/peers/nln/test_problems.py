@@ -1,0 +1,40 @@
+"""The problems are readable specs: laid out, without findings, each with figures of peers and claims to prove."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from haverify.run.examine import examine
+from haverify.syntax.format import format as laid_out
+from haverify.syntax.parse import parse
+from haverify.text.source import Source
+
+FOLDER = Path(__file__).parent
+SPECS = sorted(FOLDER.glob("*.ha"))
+PEERS = json.loads((FOLDER / "peers.json").read_text(encoding="utf-8"))["instances"]
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda p: p.stem)
+def test_a_problem_reads_well(path: Path) -> None:
+    found = examine(str(path))
+    assert found.spec is not None
+    assert found.new == []
+    assert all(a.doc for a in found.spec.automata)
+    assert all(c.doc and c.expect and c.expect.verdict == "proved" for c in found.spec.claims)
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda p: p.stem)
+def test_a_problem_is_laid_out(path: Path) -> None:
+    source = Source(str(path), path.read_text(encoding="utf-8"))
+    tree, _ = parse(source)
+    assert laid_out(tree, source) == source.text
+
+
+def test_every_problem_has_peers() -> None:
+    assert sorted(i["spec"] for i in PEERS) == [p.name for p in SPECS]
+    for instance in PEERS:
+        assert instance["peers"]
+        assert all(len(p["figures"]) == len(instance["measures"]) for p in instance["peers"])

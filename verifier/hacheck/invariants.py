@@ -1,0 +1,231 @@
+"""Formulas that hold at the start, are kept by edges and flows and imply a goal (docs/core.md section 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from hacheck.cells import Model
+from hacheck.expressions import EVENTS, Instant, nodes
+from hacheck.flows import Flow
+from hacheck.formula import Formula, conj, literal, negated, replace, variables
+from hacheck.functions import Functions
+from hacheck.obligations import canonical_hash, mentioned
+from hacheck.polynomial import ZERO, Env, Poly, add, const, var
+from hacheck.positivity import Premises, on_box, refute
+from hacheck.rational import Beyond, Refused, number
+from hacheck.scope import Scope
+
+if TYPE_CHECKING:
+    from hacheck.obligations import Question
+
+Json = Any
+
+
+class FlowScope(Scope):
+    """A scope with functions of the state, and flows that are any polynomials; time is a name of its own."""
+
+    def __init__(self, core: Any, automaton: Json) -> None:
+        self.functions = Functions()
+        super().__init__(core, automaton, False)
+        if any("(" in n for n in (*self.types, *self.ranges)):
+            raise Beyond("a name that could be that of a function")
+
+    def function(self, op: str, a: Poly) -> Poly:
+        return self.functions.apply(op, a)
+
+    @property
+    def rho(self) -> None:
+        return None
+
+    def rates(self, mode: str) -> dict[str, Poly]:
+        raise Beyond("`der` in a claim about a flow that is not clock-driven")
+
+    def field(self, mode: str) -> dict[str, Poly]:
+        """The rate of each variable in a mode, and of time."""
+        flow, at = self.modes[mode]["flow"], self.identity(mode)
+        if not all("rate" in line for line in flow):
+            raise Beyond("flows that are inclusions")
+        found = {line["var"]: at.poly(line["rate"]) for line in flow}
+        if len(found) != len(flow) or found.keys() != {v for v, kind in self.types.items() if kind == "real"}:
+            raise Refused("a mode does not give each real variable one rate")
+        return {**found, "time": const(1)}
+
+
+class Induction:
+    """A goal, the formulas of a certificate, and the parts that they come down to."""
+
+    def __init__(self, question: Question, entry: Json) -> None:
+        self.question, self.claim, setting = question, question.claim, question.setting
+        self.a, self.scope = setting.a, FlowScope(setting.core, setting.a)
+        self.model = Model(self.scope)
+        self.functions = self.scope.functions
+        aim = question.goal["kind"]
+        self.goal = question.condition if aim == "always" else ["not", question.condition]
+        self.inductive = self.claim["inductive"]
+        if self.inductive and (aim != "always" or entry["modes"] is not None):
+            raise Refused("an inductive claim is its own invariant")
+        self.states = {*self.scope.types, *self.scope.ranges, "time", "pi"}
+        self.used = [self._used(name) for name in entry["using"]]
+        conditions = [g["condition"] for g in self.used]
+        if any(n[0] in EVENTS for n in nodes([self.goal, *question.assume, *conditions])):
+            raise Beyond("an invariant about what just happened")
+        for m in self.scope.modes:  # the functions that formulas may read are met
+            _ = [*self.common(self.scope.identity(m)), self.scope.identity(m).formula(self.goal), self.scope.field(m)]
+        self.formulas = {m: self._formula(m, entry["modes"]) for m in self.scope.modes}
+        for m in (m for m, mode in self.scope.modes.items() if mode["terminal"]):  # a run may be frozen there (S12)
+            seen_there = conj([self.formulas[m], self.scope.identity(m).formula(self.goal)])
+            if "time" in self.functions.support(variables(seen_there)):
+                raise Beyond("time in a claim about a terminal mode")
+        used = {"using": self.used} if self.used else {}
+        seen = mentioned(setting.core, {**question.about, **used}, set())
+        self.hash = canonical_hash({**question.about, **used, "constants": seen})
+
+    def _used(self, name: Json) -> Json:
+        """The goal of an invariant that the claim names, shown for all time, under what the claim assumes."""
+        lemma = self.question.setting.lemma
+        if not isinstance(name, str) or name not in self.claim["using"] or lemma is None:
+            raise Refused("it uses what the claim does not name")
+        found = lemma(name)
+        goals, horizon = found["goals"], found["horizon"]
+        timeless = len(goals) == 1 and goals[0]["kind"] == "always" and not goals[0]["window"]
+        timeless = timeless and (horizon["time"], horizon["jumps"], goals[0]["within"]) == (None, None, None)
+        same = found["on"] == self.claim["on"] and not found["which"]
+        if not (timeless and same and all(e in self.claim["assume"] for e in found["assume"])):
+            raise Refused(f"the invariant {name[:60]!a} says less than it is used for")
+        return goals[0]
+
+    def _formula(self, mode: str, given: Json) -> Formula:
+        if given is None:
+            return self.scope.identity(mode).formula(self.goal)
+        return Flow(Premises(self.functions), {}, self.states).given(given[mode])
+
+    def common(self, at: Instant) -> Iterator[Formula]:
+        """What holds at an instant, whatever the invariant: the domain, assumptions, invariants used, ranges."""
+        yield at.condition(self.scope.modes[str(at.mode)]["domain"], closed=True)
+        limit = self.question.limit
+        if limit is not None and not self.inductive:
+            yield literal("<=", add(var("time"), const(limit), -1))
+        yield from (negated(at.formula(e, True)) for e in self.question.assume)
+        yield from (at.formula(g["condition"]) for g in self.used)
+        yield from self.ranges(at)
+
+    def ranges(self, at: Instant) -> Iterator[Formula]:
+        """Discrete variables have values of their types, params are in their ranges."""
+        for v in self.a["vars"]:
+            if v["type"] != "real":
+                low, high = (const(number(e)) for e in self.scope.window(v))
+                value = at.env[v["name"]]
+                yield from (literal(">=", add(value, low, -1)), literal("<=", add(value, high, -1)))
+        yield from self.param_ranges({})
+
+    def param_ranges(self, env: dict[str, Poly]) -> Iterator[Formula]:
+        """Every param that is not one number is in its range."""
+        for name, p in self.scope.ranges.items():
+            value = env.get(name, self.scope.params[name])
+            if name in env or value == var(name):
+                for op, end in ((">=", "low"), ("<=", "high")):
+                    bound = self.scope.base.poly(p[end])
+                    yield literal(op, add(value, self.functions.substitute(bound, Env(env)), -1))
+
+    def premises(self, *formulas: Formula) -> Premises:
+        return Premises(self.functions, formulas)
+
+    def starts(self, line: Json, at: Instant) -> Iterator[Formula]:
+        """What an init line says of a start."""
+        said = conj([at.condition(line["where"]), self.model.given(line["with"], at)])
+        yield said
+        yield literal("==", var("time"))
+        domain = at.condition(self.scope.modes[str(at.mode)]["domain"], closed=True)
+        bounded = set(self.functions.support(variables(conj([said, domain]))))
+        for v in self.a["vars"]:
+            if v["type"] == "real" and v["name"] not in bounded:
+                yield from self.window(v, at)
+
+    def window(self, v: Json, at: Instant) -> Iterator[Formula]:
+        """The declared range of a variable."""
+        for op, end in ((">=", v["low"]), ("<=", v["high"])):
+            if end is not None:
+                yield literal(op, add(at.env[v["name"]], at.poly(end), -1))
+
+    def parts(self) -> Iterator[tuple[str, str, Any]]:
+        """Kind and place of each part, and what checks its proof."""
+        seen: dict[str, int] = {}
+        for line in self.a["init"]:
+            for m in self.scope.modes if line["mode"] is None else [line["mode"]]:
+                seen[m] = seen.get(m, 0) + 1
+                where = m if seen[m] == 1 else f"{m} ({seen[m]})"
+                yield "init", where, lambda proof, m=m, line=line: self.init(m, line, proof)
+        ends = [(e["source"], e["target"]) for e in self.a["edges"]]
+        for k, (source, target) in enumerate(ends):
+            name = f" ({self.a['edges'][k]['name']})" if ends.count(ends[k]) > 1 else ""
+            yield "edge", f"{source} -> {target}{name}", lambda proof, k=k: self.edge(k, proof)
+        yield from (("flow", m, lambda proof, m=m: self.flow(m, proof)) for m in self.scope.modes)
+        if not self.inductive:
+            yield from (("use", m, lambda proof, m=m: self.use(m, proof)) for m in self.scope.modes)
+
+    def init(self, mode: str, line: Json, proof: Json) -> None:
+        at = self.scope.identity(mode)
+        refute(proof, self.premises(*self.common(at), *self.starts(line, at), negated(self.formulas[mode])))
+
+    def edge(self, k: int, proof: Json) -> None:
+        edge = self.a["edges"][k]
+        before, after = self.scope.identity(edge["source"]), self.model.landing(k)
+        guard = before.condition(edge["guard"], closed=edge["urgent"])
+        chosen = self.model.given(self.model.sets(k), before, "'")
+        env = Env(after.env)
+        target = replace(self.formulas[edge["target"]], lambda op, p: literal(op, self.functions.substitute(p, env)))
+        refute(proof, self.premises(*self.common(before), guard, chosen, *self.common(after),
+                                    self.formulas[edge["source"]], negated(target)))  # fmt: skip
+
+    def flow(self, mode: str, proof: Json) -> None:
+        always = self.premises(*self.common(self.scope.identity(mode)))
+        flow = Flow(always, self.scope.field(mode), self.states)
+        flow.kept(proof, [self.formulas[mode]], self.formulas[mode])
+
+    def use(self, mode: str, proof: Json) -> None:
+        at = self.scope.identity(mode)
+        refute(proof, self.premises(*self.common(at), self.formulas[mode], negated(at.formula(self.goal))))
+
+    def start(self, start: Json) -> None:
+        """The start given is admissible: nothing is proved of nothing."""
+        mode, at = start["mode"], self.scope.identity(start["mode"])
+        if set(start["params"]) != set(self.scope.ranges) or set(start["values"]) != set(self.scope.types):
+            raise Refused("a start does not give every param and variable a value")
+        values: dict[str, Fraction] = {n: number(q) for key in ("params", "values") for n, q in start[key].items()}
+        if any(kind != "real" and values[v].denominator != 1 for v, kind in self.scope.types.items()):
+            raise Refused("a start gives a variable a value that its type does not have")
+        env = Env({**{n: const(q) for n, q in values.items()}, "time": ZERO})
+        lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
+        said = [conj([*self.common(at), *self.starts(line, at)]) for line in lines]
+        always = [f for v in self.a["vars"] for f in self.window(v, at) if v["type"] == "real"]
+        always += self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
+
+        def here(f: Formula) -> bool:
+            put = replace(f, lambda op, p: literal(op, self.functions.substitute(p, env)))
+            return on_box(self.premises(negated(put)))
+
+        if not any(here(conj([f, *always])) for f in said):
+            raise Refused("a proof names no admissible start")
+
+
+def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, str]]]:
+    """What an entry of kind `invariant` establishes."""
+    if question.goal["kind"] not in ("always", "can_reach"):
+        raise Beyond("an invariant for another goal")
+    induction, found = Induction(question, entry), []
+    induction.start(entry["start"])
+    expected = list(induction.parts())
+    if len(expected) != len(entry["parts"]):
+        raise Refused("the invariant comes down to another number of parts")
+    for (kind, where, check), part in zip(expected, entry["parts"], strict=True):
+        if (part["kind"], part["where"]) != (kind, where):
+            raise Refused(f"the certificate has another part than {kind} {where}")
+        question.same(part, kind, where, "", induction.hash)
+        try:
+            check(part["proof"])
+        except Refused as e:
+            raise type(e)(f"{kind} {where}: {e}") from None
+        found.append((f"{kind} {where}", "", "proved"))
+    return ("proved" if question.goal["kind"] == "always" else "refuted"), found

@@ -1,0 +1,118 @@
+"""Exact points that satisfy conditions: admissible starts, and states for counterexamples to induction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from itertools import islice, product
+
+from haverify.analyses.induction.boxes import bounded, enclosed
+from haverify.maths.bernstein import bounds
+from haverify.maths.polynomial import Polynomial, constant
+from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, truth
+from haverify.obligations.functions import Functions
+from haverify.obligations.premises import Premises
+from haverify.text.record import record
+
+Q = Fraction
+Point = dict[str, Q]
+TRIES = 4000
+FEW = (Q(0), Q(1), Q(-1), Q(2), Q(-2), Q(1, 2), Q(-1, 2), Q(10), Q(-10))
+
+
+def satisfying(premises: Premises, names: Iterable[str], tries: int = TRIES) -> Point | None:
+    """Values of the names for which all entries certainly hold; None where none was found."""
+    for solved in _cases(premises):
+        found = _search(solved, premises, sorted(names), tries)
+        if found is not None:
+            return found
+    return None
+
+
+@record
+class _Solved:
+    """Premises without the names that equations give, and these, in the order they were taken."""
+
+    left: Premises
+    given: tuple[tuple[str, Polynomial], ...]
+
+
+def _cases(premises: Premises) -> Iterator[_Solved]:
+    """The premises with equations used up, one for each choice among disjunctions (a few)."""
+    from haverify.analyses.induction.refute import solvable
+
+    given: list[tuple[str, Polynomial]] = []
+    put = solvable(premises)
+    while put is not None:
+        _, name, value = put
+        given.append((name, value))
+        premises = premises.mapped({name: value})
+        put = solvable(premises)
+    if False in premises.entries:
+        return
+    split = next(
+        (f for f in premises.entries if isinstance(f, Junction) and not f.is_and and _is_new(premises, f)), None
+    )
+    if split is None:
+        yield _Solved(premises, tuple(given))
+        return
+    for m in split.members:
+        for inner in _cases(premises.with_(m)):
+            yield _Solved(inner.left, (*given, *inner.given))
+
+
+def _is_new(premises: Premises, f: Junction) -> bool:
+    known = set(premises.entries)
+    return not any(set(premises.with_(m).entries) <= known for m in f.members)
+
+
+def _search(solved: _Solved, premises: Premises, names: list[str], tries: int) -> Point | None:
+    free = [n for n in names if n not in dict(solved.given)]
+    choices = [_candidates(n, solved.left.entries) for n in free]
+    ordered = sorted(islice(product(*map(enumerate, choices)), tries), key=lambda c: sum(k for k, _ in c))
+    for choice in ordered:
+        point = dict(zip(free, (q for _, q in choice), strict=True))
+        for name, value in reversed(solved.given):
+            q = value.fix(point).constant
+            if q is None:
+                break
+            point[name] = q
+        else:
+            if all(certainly(f, point, premises.functions) for f in premises.entries):
+                return {n: point[n] for n in names}
+    return None
+
+
+def _candidates(name: str, entries: Iterable[Formula]) -> list[Q]:
+    """Values worth trying: inside the bounds, at the vertices of parabolas, simple numbers."""
+    found = list(entries)
+    box = bounded(found) or {}
+    values = list[Q]()
+    if name in box:
+        low, high = box[name]
+        values += [(low + high) / 2, *(low + (high - low) * Q(k, 8) for k in (1, 7, 3, 5)), low, high]
+    for f in found:
+        if isinstance(f, Literal):
+            p = f.polynomial
+            square, line = p.terms.get(((name, 2),), Q(0)), p.terms.get(((name, 1),), Q(0))
+            if square:
+                values += [-line / (2 * square), -line / (2 * square) + Q(1, 8), -line / (2 * square) - Q(1, 8)]
+            elif line:
+                end = -p.terms.get((), Q(0)) / line
+                values += [end, end + Q(1, 4), end - Q(1, 4)]
+    kept = dict.fromkeys([*values, *FEW])
+    if name in box:
+        kept = {q: None for q in kept if box[name][0] <= q <= box[name][1]}
+    return list(kept)[:12]
+
+
+def certainly(f: Formula, point: Mapping[str, Q], functions: Functions) -> bool:
+    """Whether a formula holds at a point, functions enclosed there."""
+    values = {n: constant(q) for n, q in point.items()}
+    box = {n: (q, q) for n, q in point.items()}
+
+    def known(leaf: Literal) -> bool | None:
+        p = functions.substitute(leaf.polynomial, values)
+        return by_bounds(leaf.op, *bounds(p, enclosed(functions, [Literal(leaf.op, p)], box)))
+
+    return truth(f, known) is True

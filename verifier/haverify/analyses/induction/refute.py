@@ -1,0 +1,81 @@
+"""Why premises have no common point: a PROOF of docs/core.md section 9, or None where none was found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from haverify.analyses.induction.boxes import on_boxes
+from haverify.analyses.induction.identities import glance
+from haverify.analyses.induction.signs import absurd
+from haverify.maths.polynomial import Polynomial
+from haverify.obligations.formula import Junction, Literal
+from haverify.obligations.premises import Premises, formula_json
+from haverify.text.record import record
+
+Json = Any
+
+
+@record
+class Effort:
+    """How much may be tried: leaves of one tree of boxes, cases of disjunctions."""
+
+    leaves: int = 200
+    cases: int = 64
+
+
+def refute(premises: Premises, effort: Effort) -> Json | None:
+    """A proof that the premises have no common point."""
+    if absurd(premises.entries):
+        return "t"
+    put = solvable(premises)
+    if put is not None:
+        i, name, value = put
+        inner = refute(premises.mapped({name: value}), effort)
+        return None if inner is None else ["put", i, name, inner]
+    pinned = _pinned(premises)
+    if pinned is not None:
+        inner = refute(premises.with_(pinned), effort)
+        return None if inner is None else ["cut", formula_json(pinned), inner, "t"]
+    found = glance(premises.entries)
+    return found if found is not None else _cases(premises, effort) or on_boxes(premises, effort.leaves)
+
+
+def solvable(premises: Premises) -> tuple[int, str, Polynomial] | None:
+    """An equation that says what a name is, without that name inside of a function on its other side."""
+    for i, f in enumerate(premises.entries):
+        if not isinstance(f, Literal) or f.op != "==":
+            continue
+        p = f.polynomial
+        for v in p.variables:
+            alone = [m for m in p.terms if any(w == v for w, _ in m)]
+            if v not in premises.functions.known and alone == [((v, 1),)]:
+                rest = p - Polynomial({((v, 1),): p.whole[((v, 1),)]}, p.divisor)
+                if v not in set(premises.functions.support(rest.variables)):
+                    return i, v, rest.scaled(-1 / p.terms[((v, 1),)])
+    return None
+
+
+def _pinned(premises: Premises) -> Literal | None:
+    """An equation between two inequalities that meet."""
+    found = {f.polynomial for f in premises.entries if isinstance(f, Literal) and f.op == "<="}
+    known = set(premises.entries)
+    pairs = (Literal("==", p) for p in sorted(found, key=str) if -p in found)
+    return next((f for f in pairs if f not in known and Literal("==", -f.polynomial) not in known), None)
+
+
+def _cases(premises: Premises, effort: Effort) -> Json | None:
+    """A proof for each member of a disjunction that says something new."""
+    for i, f in enumerate(premises.entries):
+        if isinstance(f, Junction) and not f.is_and and 1 < len(f.members) <= effort.cases:
+            known = set(premises.entries)
+            if any(set(premises.with_(m).entries) == known for m in f.members):
+                continue
+            less = Effort(effort.leaves, effort.cases // len(f.members))
+            proofs = []
+            for m in f.members:
+                found = refute(premises.with_(m), less)
+                if found is None:
+                    return None
+                proofs.append(found)
+            return ["or", i, proofs]
+    return None

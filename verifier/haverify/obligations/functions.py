@@ -1,0 +1,62 @@
+"""Functions of the state as names with derivatives (docs/core.md section 9, "Names")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from haverify.maths.polynomial import NOUGHT, Monomial, Polynomial, constant, total, variable
+from haverify.text.record import field, holder
+
+ONE = constant(1)
+
+
+def factors(m: Monomial) -> tuple[str, ...]:
+    """The names of a monomial, each as often as its exponent says."""
+    return tuple(v for v, e in m for _ in range(e))
+
+
+@holder
+class Functions:
+    """The functions met so far, by name: `sin`, `cos` or `exp`, and the argument."""
+
+    known: dict[str, tuple[str, Polynomial]] = field(default_factory=dict)
+
+    def apply(self, op: str, a: Polynomial) -> Polynomial:
+        """`op(a)` as a polynomial in names; odd and even functions of `-a` are those of `a`."""
+        if not a.whole:
+            return NOUGHT if op == "sin" else ONE
+        by_names = {factors(m): c for m, c in a.terms.items()}
+        is_turned = op != "exp" and by_names[min(by_names)] < 0
+        if is_turned:
+            a, by_names = -a, {m: -c for m, c in by_names.items()}
+        text = "+".join("*".join([str(by_names[m]), *m]) for m in sorted(by_names))
+        for each in ("exp",) if op == "exp" else ("sin", "cos"):
+            self.known[f"{each}({text})"] = (each, a)
+        found = variable(f"{op}({text})")
+        return -found if is_turned and op == "sin" else found
+
+    def support(self, names: Iterable[str]) -> Iterator[str]:
+        """The names that names stand for: themselves, or what the argument of a function is made of."""
+        for n in names:
+            if n in self.known:
+                yield from self.support(self.known[n][1].variables)
+            else:
+                yield n
+
+    def substitute(self, p: Polynomial, values: Mapping[str, Polynomial]) -> Polynomial:
+        """`p` with names replaced at once, also inside of functions."""
+        inner = {n: self.known[n] for n in p.variables if n in self.known and set(values) & set(self.support([n]))}
+        images = {n: self.apply(op, self.substitute(a, values)) for n, (op, a) in inner.items()}
+        return p.substitute({**values, **images})
+
+    def derivative(self, p: Polynomial, rates: Mapping[str, Polynomial]) -> Polynomial:
+        """The derivative of `p` along a flow; names without a rate are constant."""
+        return total([NOUGHT, *(p.derivative(n) * self._rate(n, rates) for n in p.variables)])
+
+    def _rate(self, name: str, rates: Mapping[str, Polynomial]) -> Polynomial:
+        if name not in self.known:
+            return rates.get(name, NOUGHT)
+        op, a = self.known[name]
+        outer = {"sin": "cos", "cos": "sin", "exp": "exp"}[op]
+        slope = self.apply(outer, a) * self.derivative(a, rates)
+        return -slope if op == "cos" else slope

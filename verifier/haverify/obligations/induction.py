@@ -1,0 +1,272 @@
+"""An automaton and an `always` goal as the questions an invariant comes down to (docs/core.md section 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from functools import cached_property
+
+from haverify.maths.polynomial import Polynomial, constant, variable
+from haverify.model.claim import Claim, Goal
+from haverify.model.expression import Expr, nodes
+from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
+from haverify.model.spec import Spec
+from haverify.obligations.constants import Values, params_of, values_of
+from haverify.obligations.formula import Formula, Junction, Literal, compare, conjunction, disjunction, literals
+from haverify.obligations.formula import negation as denied
+from haverify.obligations.functions import Functions
+from haverify.obligations.horizon import implied_end
+from haverify.obligations.parts import JUMPY, edge_names
+from haverify.obligations.premises import Premises, mapped
+from haverify.obligations.residual import Situation, residual
+from haverify.obligations.translate import OutsideFragmentError, Scope
+from haverify.text.record import field, holder, record
+
+Q = Fraction
+Invariant = Mapping[str, Formula]  # a formula for each mode
+TIME, ONE = "time", constant(1)
+
+
+@record
+class Obligation:
+    """One part: what has to have no common point (`flow`: what is known at all times); a formula to be kept there."""
+
+    kind: str
+    where: str
+    mode: str
+    premises: Premises
+    kept: Formula | None = None
+    edge: int | None = None
+
+
+@holder
+class Induction:
+    """A goal on an automaton; `using` are the conditions of invariants that may be taken for granted.
+
+    Raises
+    ------
+    OutsideFragmentError    from any method, naming what is in the way
+    """
+
+    spec: Spec
+    automaton: HybridAutomaton
+    claim: Claim
+    goal: Goal
+    using: tuple[Expr, ...] = ()
+    functions: Functions = field(default_factory=Functions)
+    _scopes: dict[str, Scope] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Raise OutsideFragmentError where the automaton or the goal is outside of what can be asked."""
+        a = self.automaton
+        if a.inputs or a.priorities or self.spec.inputs:
+            raise OutsideFragmentError("inputs and priorities: invariants of this version have none")
+        if any(v.type == "bool" for v in a.vars):
+            raise OutsideFragmentError("truth variables beside a flow that is not clock-driven")
+        asked = (self.goal.condition, *self.spec.assumptions, *self.claim.assume, *self.using)
+        if self.goal.kind not in ("always", "can_reach") or any(
+            n.op in JUMPY | {"stuck"} for e in asked for n in nodes(e)
+        ):
+            raise OutsideFragmentError("an invariant shows `always` goals that do not speak of jumps")
+        for m in a.modes:  # the functions that formulas may read are met
+            self.field(m.name)
+            self.aim(m.name)
+            self.common(m.name)
+
+    @cached_property
+    def values(self) -> Values:
+        """What constants are worth."""
+        return values_of(self.spec, self.automaton)
+
+    @cached_property
+    def params(self) -> dict[str, tuple[Q, Q]]:
+        """The ranges of the params."""
+        return {p.name: self.values.interval(p.range) for p in params_of(self.spec, self.automaton)}
+
+    @cached_property
+    def condition(self) -> Expr:
+        """What has to hold always."""
+        e = self.goal.condition
+        return e if self.goal.kind == "always" else Expr("not", (e,))
+
+    @cached_property
+    def limit(self) -> Q | None:
+        """The last instant that the goal speaks of."""
+        ends = [self.values.number(e) for e in (self.claim.time, self.goal.within) if e is not None]
+        ends += [self.values.number(self.goal.window[1])] if self.goal.window is not None else []
+        over = implied_end(self.condition, self._number)
+        ends += [over] if over is not None else []
+        return min(ends) if ends else None
+
+    def _number(self, e: Expr) -> Q | None:
+        try:
+            return self.values.number(e)
+        except OutsideFragmentError:
+            return None
+
+    def mode(self, name: str) -> Mode:
+        """The mode of a name."""
+        return next(m for m in self.automaton.modes if m.name == name)
+
+    @cached_property
+    def names(self) -> dict[str, Polynomial]:
+        """Variables and params; a param with one value is that number."""
+        fixed = {n: constant(low) if low == high else variable(n) for n, (low, high) in self.params.items()}
+        return {**fixed, **{v.name: variable(v.name) for v in self.automaton.vars}}
+
+    def scope(self, mode: str, after: Mapping[str, Polynomial] | None = None) -> Scope:
+        """What names mean in a mode, or there after a jump that gives variables these values."""
+        if after is None and mode in self._scopes:
+            return self._scopes[mode]
+        lets = {o.name: (o.type, o.expr) for o in (*self.automaton.lets, *self.mode(mode).lets)}
+        found = Scope(
+            f"mode {mode}",
+            {**self.names, **(after or {})},
+            lets,
+            self.values.constant,
+            self.values.symbol,
+            frozenset(),
+            {},
+            (variable(TIME), ONE),
+            {n: r for n, r in self.params.items() if r[0] < r[1]},
+            function=self.functions.apply,
+        )
+        if after is None:
+            self._scopes[mode] = found
+        return found
+
+    def formula(self, e: Expr, mode: str, scope: Scope | None = None) -> Formula:
+        """A condition in a mode."""
+        if any(n.op == "der" for n in nodes(e)):
+            raise OutsideFragmentError("`der` in a claim about a flow that is not clock-driven")
+        return (scope or self.scope(mode)).formula(residual(e, Situation(mode)))
+
+    def aim(self, mode: str, scope: Scope | None = None) -> Formula:
+        """What the goal claims in a mode."""
+        return self.formula(self.condition, mode, scope)
+
+    def field(self, mode: str) -> dict[str, Polynomial]:
+        """The rates of the variables in a mode, and of time."""
+        rates = {TIME: ONE}
+        for line in self.mode(mode).flow:
+            if isinstance(line.rate, Range):
+                raise OutsideFragmentError(f"`{line.var}' in [..]` in mode {mode} is an inclusion")
+            rates[line.var] = self.scope(mode).polynomial(line.rate)
+        return rates
+
+    def derivative(self, p: Polynomial, mode: str) -> Polynomial:
+        """The derivative of a polynomial along the flow of a mode."""
+        return self.functions.derivative(p, self.field(mode))
+
+    def premises(self, *formulas: Formula) -> Premises:
+        """A list of premises."""
+        return Premises(self.functions).with_(*formulas)
+
+    def common(self, name: str, after: Mapping[str, Polynomial] | None = None) -> list[Formula]:
+        """What holds in a mode, whatever the invariant: the domain, assumptions, invariants used, ranges."""
+        scope = self.scope(name, after)
+        found = [closed(scope.formula(self.mode(name).domain))]
+        if self.limit is not None and not self.claim.inductive:
+            found.append(compare("<=", variable(TIME) - constant(self.limit)))
+        found += [self.formula(e, name, scope) for e in (*self.spec.assumptions, *self.claim.assume, *self.using)]
+        for v in self.automaton.vars:
+            if v.type != "real":
+                low, high = self._type_range(v.type)
+                value = scope.variables[v.name]
+                found += [compare(">=", value - constant(low)), compare("<=", value - constant(high))]
+        for n, (low, high) in self.params.items():
+            if low < high:
+                found += [compare(">=", variable(n) - constant(low)), compare("<=", variable(n) - constant(high))]
+        return found
+
+    def _type_range(self, type_: str) -> tuple[Q, Q]:
+        values = self.values.positions[type_].values()
+        return min(values), max(values)
+
+    def starts(self, init: Init, mode: str) -> list[Formula]:
+        """What an init line says of a start in a mode."""
+        scope = self.scope(mode)
+        given = [scope.formula(init.where)]
+        for a in init.assigns:
+            value = variable(a.var)
+            ends = [(">=", a.to.low), ("<=", a.to.high)] if isinstance(a.to, Range) else [("==", a.to)]
+            given += [compare(op, value - scope.polynomial(e)) for op, e in ends]
+        said = conjunction(given)
+        domain = closed(scope.formula(self.mode(mode).domain))
+        bounded = set(self.functions.support(names_of(conjunction([said, domain]))))
+        windows = [
+            f for v in self.automaton.vars if v.type == "real" and v.name not in bounded for f in self.window(v.name)
+        ]
+        return [said, compare("==", variable(TIME)), *windows]
+
+    def window(self, name: str) -> list[Formula]:
+        """The declared range of a variable."""
+        v = next(v for v in self.automaton.vars if v.name == name)
+        if v.range is None:
+            return []
+        low, high = self.values.interval(v.range)
+        return [compare(">=", variable(name) - constant(low)), compare("<=", variable(name) - constant(high))]
+
+    def landing(self, k: int) -> dict[str, Polynomial]:
+        """The values that an edge gives to variables, chosen ones under names of their own."""
+        edge = self.automaton.edges[k]
+        scope = self.scope(edge.source)
+        chosen = {a.var: variable(f"{a.var}'") for a in edge.resets if isinstance(a.to, Range)}
+        return chosen | {a.var: scope.polynomial(a.to) for a in edge.resets if isinstance(a.to, Expr)}
+
+    def after(self, f: Formula, k: int) -> Formula:
+        """A formula about the state after an edge, as one about the state before it."""
+        return mapped(f, self.landing(k), self.functions)
+
+    def jump(self, k: int) -> list[Formula]:
+        """What holds when an edge is taken: before, the guard, the chosen values, after."""
+        edge = self.automaton.edges[k]
+        scope = self.scope(edge.source)
+        guard = scope.formula(edge.guard)
+        chosen: list[Formula] = []
+        for a in edge.resets:
+            if isinstance(a.to, Range):
+                value = variable(f"{a.var}'")
+                chosen.append(compare(">=", value - scope.polynomial(a.to.low)))
+                chosen.append(compare("<=", value - scope.polynomial(a.to.high)))
+        after = self.common(edge.target, self.landing(k))
+        return [*self.common(edge.source), closed(guard) if edge.urgent else guard, *chosen, *after]
+
+    def lines(self) -> Iterator[tuple[Init, str, str]]:
+        """Each init line with each mode it allows, and how this is called."""
+        seen: dict[str, int] = {}
+        for line in self.automaton.init:
+            for m in [x.name for x in self.automaton.modes] if line.mode is None else [line.mode]:
+                seen[m] = seen.get(m, 0) + 1
+                yield line, m, m if seen[m] == 1 else f"{m} ({seen[m]})"
+
+    def parts(self, formulas: Invariant) -> Iterator[Obligation]:
+        """What has to be shown of an invariant, in order."""
+        for line, m, where in self.lines():
+            told = [*self.common(m), *self.starts(line, m), denied(formulas[m])]
+            yield Obligation("init", where, m, self.premises(*told))
+        names = edge_names(self.automaton.edges)
+        for k, edge in enumerate(self.automaton.edges):
+            wrong = denied(self.after(formulas[edge.target], k))
+            told = [*self.jump(k), formulas[edge.source], wrong]
+            yield Obligation("edge", names[k], edge.source, self.premises(*told), None, k)
+        for mode in self.automaton.modes:
+            common = self.premises(*self.common(mode.name))
+            yield Obligation("flow", mode.name, mode.name, common, formulas[mode.name])
+        for mode in self.automaton.modes if not self.claim.inductive else ():
+            told = [*self.common(mode.name), formulas[mode.name], denied(self.aim(mode.name))]
+            yield Obligation("use", mode.name, mode.name, self.premises(*told))
+
+
+def names_of(f: Formula) -> set[str]:
+    """The names in a formula."""
+    return {v for leaf in literals(f) for v in leaf.polynomial.variables}
+
+
+def closed(f: Formula) -> Formula:
+    """A condition read as a closed set (LANGUAGE S6)."""
+    if isinstance(f, Literal):
+        return True if f.op == "!=" else Literal("<=" if f.op == "<" else f.op, f.polynomial)
+    if isinstance(f, Junction):
+        return (conjunction if f.is_and else disjunction)([closed(m) for m in f.members])
+    return f

@@ -1,0 +1,425 @@
+//! Runs of a hybrid automaton from a set of starts, enclosed: a tree of stretches of flow between jumps.
+//!
+//! Every run from the set is followed by one path of the tree, as long as it lasts, up to the horizon: jumps that are only
+//! possible are followed as well. What *certainly* exists is marked: a stretch is certain if all runs it encloses really
+//! get there. Only that may refute a claim. The state's last component is the time since the start.
+//!
+//! Facts used: on a run the domain, read as closed, holds until the jump. A flow leaves the domain at the latest where it
+//! crosses its border; where the crossing is transversal for the whole set, it is solved exactly (`crossing`). Where
+//! it is not, the set is cut in halves. A jump that is open for a while (no crossing forces it) is enclosed as a whole.
+
+use crate::condition::{Comparison, Condition};
+use crate::crossing::Crossing;
+use crate::fault::Fault;
+use crate::flowpipe::{Flow, Settings, Step};
+use crate::interval::Interval;
+use crate::models::Model;
+use crate::series::{values, Tape};
+use crate::sets::Set;
+use crate::walk::{all, judged, leaves, ranges, Clock, Walk};
+use std::collections::VecDeque;
+
+/// How many more variables than the state a set may have.
+const SPARE: usize = 1;
+
+/// A conjunction of comparisons of watched quantities with zero.
+pub type Guard = Vec<(usize, Comparison)>;
+
+/// A jump: where it leads, when it may be made, what it makes of the state.
+#[derive(Debug, Clone)]
+pub struct Edge {
+    pub target: usize,
+    pub is_urgent: bool,
+    /// On the quantities that the source mode watches.
+    pub guard: Guard,
+    /// The state after it from the state before it and `choices` further variables, each from -1 to 1.
+    pub reset: Tape,
+    pub choices: usize,
+    /// Quantities of the state after (first) and before it, and the claim on these.
+    pub landing: Tape,
+    pub claim: Condition,
+}
+
+/// A discrete state: its flow, the quantities to watch, and conditions on these.
+#[derive(Debug, Clone)]
+pub struct Mode {
+    pub field: Tape,
+    pub watch: Tape,
+    /// Read as closed.
+    pub domain: Guard,
+    pub claim: Condition,
+    /// Where runs are followed.
+    pub window: Condition,
+    pub edges: Vec<Edge>,
+}
+
+/// When following may stop: never before the horizon, or where the claim certainly holds or fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Until {
+    Horizon,
+    Met,
+    Violated,
+}
+
+/// Limits of the analysis.
+#[derive(Debug, Clone)]
+pub struct Budget {
+    pub jumps: usize,
+    pub stretches: usize,
+    /// How often a set may be cut where a jump is not transversal.
+    pub cuts: usize,
+}
+
+/// What is known of the claim during one step or right after a jump.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judgement {
+    pub holds: bool,
+    pub fails: bool,
+    /// Instants at which it certainly holds (fails) on all runs of the set, which certainly exist.
+    pub met: Option<Interval>,
+    pub violated: Option<Interval>,
+}
+
+/// One step of a stretch: all instants and states in it, the quantities the mode watches.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    pub time: Interval,
+    pub states: Vec<Interval>,
+    pub watched: Vec<Interval>,
+    pub claim: Judgement,
+    pub keeps_window: bool,
+}
+
+/// The jump that begins a stretch.
+#[derive(Debug, Clone)]
+pub struct Jump {
+    pub edge: usize,
+    pub time: Interval,
+    pub before: Vec<Interval>,
+    pub after: Vec<Interval>,
+    pub claim: Judgement,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    Horizon,
+    /// The claim's question was answered.
+    Answered,
+    /// All runs have jumped, or left the domain without a jump if it says so.
+    Jumped {
+        may_be_stuck: bool,
+    },
+    /// Cut in two stretches.
+    Cut,
+    Jumps,
+    Steps,
+    Stretches,
+    Stopped(Fault),
+}
+
+/// Flow in one mode between jumps.
+#[derive(Debug, Clone)]
+pub struct Stretch {
+    pub parent: Option<usize>,
+    pub mode: usize,
+    pub jumps: usize,
+    pub is_certain: bool,
+    pub jump: Option<Jump>,
+    pub segments: Vec<Segment>,
+    pub end: End,
+}
+
+struct Waiting {
+    parent: Option<usize>,
+    mode: usize,
+    set: Set,
+    jumps: usize,
+    cuts: usize,
+    is_certain: bool,
+    jump: Option<Jump>,
+}
+
+/// A jump that was made, and where it led to.
+struct Landing {
+    edge: usize,
+    set: Set,
+    jump: Jump,
+    is_certain: bool,
+}
+
+struct Analysis<'a> {
+    modes: &'a [Mode],
+    horizon: f64,
+    until: Until,
+    settings: &'a Settings,
+    budget: &'a Budget,
+    waiting: VecDeque<Waiting>,
+    found: Vec<Stretch>,
+}
+
+/// Follow all runs from a box in a mode until the horizon.
+pub fn reach(
+    modes: &[Mode],
+    start: (usize, &[Interval]),
+    horizon: f64,
+    until: Until,
+    settings: &Settings,
+    budget: &Budget,
+) -> Result<Vec<Stretch>, Fault> {
+    check(modes, start)?;
+    let set = Set::of_box(start.1, settings.degree.max(1));
+    let first = Waiting { parent: None, mode: start.0, set, jumps: 0, cuts: 0, is_certain: true, jump: None };
+    let waiting = VecDeque::from([first]);
+    let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
+    while let Some(next) = analysis.waiting.pop_front() {
+        let is_over = analysis.found.len() >= budget.stretches;
+        let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
+        analysis.found.push(stretch);
+        if is_over {
+            break;
+        }
+    }
+    Ok(analysis.found)
+}
+
+/// Positions that do not exist are refused here, so that nothing panics later.
+fn check(modes: &[Mode], start: (usize, &[Interval])) -> Result<(), Fault> {
+    let n = start.1.len();
+    let within = |guard: &Guard, count: usize| guard.iter().all(|(at, _)| *at < count);
+    let is_good = |m: &Mode| {
+        let count = m.watch.outputs.len();
+        let edge = |e: &Edge| {
+            e.target < modes.len()
+                && within(&e.guard, count)
+                && e.reset.outputs.len() == n
+                && e.claim.reach() <= e.landing.outputs.len()
+        };
+        m.field.outputs.len() == n
+            && within(&m.domain, count)
+            && m.claim.reach().max(m.window.reach()) <= count
+            && m.edges.iter().all(edge)
+    };
+    if start.0 < modes.len() && n > 0 && modes.iter().all(is_good) {
+        Ok(())
+    } else {
+        Err(Fault::Unknown)
+    }
+}
+
+fn bare(from: &Waiting, end: End) -> Stretch {
+    Stretch {
+        parent: from.parent,
+        mode: from.mode,
+        jumps: from.jumps,
+        is_certain: from.is_certain,
+        jump: from.jump.clone(),
+        segments: Vec::new(),
+        end,
+    }
+}
+
+impl<'a> Analysis<'a> {
+    fn follow(&mut self, from: Waiting) -> Stretch {
+        if from.jumps > self.budget.jumps {
+            return bare(&from, End::Jumps);
+        }
+        let mode = &self.modes[from.mode];
+        let stretch = bare(&from, End::Steps);
+        let flow = Flow::new(&mode.field, from.set, self.settings);
+        let number = self.found.len();
+        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts };
+        match self.walked(&mut walk) {
+            Ok(end) => walk.stretch.end = end,
+            Err(fault) => walk.stretch.end = End::Stopped(fault),
+        }
+        walk.stretch
+    }
+
+    fn walked(&mut self, walk: &mut Walk<'a>) -> Result<End, Fault> {
+        if self.is_answered(walk.stretch.jump.as_ref().map(|j| &j.claim)) {
+            return Ok(End::Answered);
+        }
+        let mut h = self.settings.first_step.min(self.settings.longest_step);
+        while walk.stretch.segments.len() < self.settings.steps {
+            let left = self.horizon - walk.time()?.low();
+            if left <= 0.0 && !walk.stretch.segments.is_empty() {
+                return Ok(End::Horizon);
+            }
+            // A horizon of zero is looked at for a little longer.
+            let left = left.max(self.settings.least_step);
+            let (step, next) = walk.flow.step(if h < left { h } else { left.next_up() })?;
+            let quiet = walk.quiet(&step, 0.0, step.h, self.settings.depth + 2);
+            if quiet >= step.h {
+                self.pass(walk, &step)?;
+                h = next;
+            } else if quiet > step.h / 16.0 {
+                h = next.min(step.h);
+                let step = walk.flow.shortened(step, quiet)?;
+                self.pass(walk, &step)?;
+            } else if let Some(end) = self.jumps(walk, step)? {
+                return Ok(end);
+            }
+            if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
+                return Ok(End::Answered);
+            }
+        }
+        Ok(End::Steps)
+    }
+
+    fn is_answered(&self, claim: Option<&Judgement>) -> bool {
+        match self.until {
+            Until::Horizon => false,
+            Until::Met => claim.is_some_and(|c| c.met.is_some()),
+            Until::Violated => claim.is_some_and(|c| c.violated.is_some()),
+        }
+    }
+
+    /// Record a step without events and take it.
+    fn pass(&self, walk: &mut Walk, step: &Step) -> Result<(), Fault> {
+        walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        walk.flow.land(step)?;
+        Ok(())
+    }
+
+    /// What happens in a step in which something may; the end of the stretch unless it goes on.
+    fn jumps(&mut self, walk: &mut Walk<'a>, step: Step) -> Result<Option<End>, Fault> {
+        if let Some(end) = self.crossed(walk, &step)? {
+            return Ok(Some(end));
+        }
+        if let Some(longer) = walk.longer(&step) {
+            if let Some(end) = self.crossed(walk, &longer)? {
+                return Ok(Some(end));
+            }
+        }
+        if self.open_jumps(walk, &step)? {
+            return Ok(None);
+        }
+        self.cut(walk).map(Some)
+    }
+
+    /// The stretch ends where the whole set crosses the border of the domain, or that of an urgent guard.
+    fn crossed(&mut self, walk: &mut Walk<'a>, step: &Step) -> Result<Option<End>, Fault> {
+        for (quantity, is_rising) in walk.events() {
+            let tape = walk.quantity(quantity);
+            let Ok(Some(found)) = walk.flow.crossing(step, &tape, is_rising) else { continue };
+            if let Some(end) = self.left(walk, step, quantity, is_rising, &found)? {
+                return Ok(Some(end));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Take the jumps at a crossing, if nothing else can happen before it and it ends the stretch.
+    fn left(
+        &mut self,
+        walk: &mut Walk<'a>,
+        step: &Step,
+        quantity: usize,
+        is_rising: bool,
+        found: &Crossing,
+    ) -> Result<Option<End>, Fault> {
+        if !walk.is_quiet_before(step, &found.instant, quantity, is_rising, self.settings.depth + 2)? {
+            return Ok(None);
+        }
+        let enabled = walk.enabled(&found.states, quantity, is_rising)?;
+        let set = Set { space: walk.flow.space.clone(), models: found.states.clone() };
+        let mut landings = Vec::new();
+        for (edge, is_certain) in enabled {
+            landings.extend(self.landing(walk, edge, &set, is_certain)?);
+        }
+        let is_exit = walk.mode.domain.iter().any(|&(q, c)| q == quantity && leaves(c, is_rising));
+        let is_forced = landings.iter().any(|l| l.is_certain && walk.mode.edges[l.edge].is_urgent);
+        if !is_exit && !is_forced {
+            return Ok(None);
+        }
+        walk.record(step, &Clock::Until(&found.instant), self.settings.depth)?;
+        if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
+            return Ok(Some(End::Answered));
+        }
+        let may_be_stuck = !landings.iter().any(|l| l.is_certain);
+        landings.into_iter().for_each(|l| self.leave(walk, l));
+        Ok(Some(End::Jumped { may_be_stuck }))
+    }
+
+    /// What a jump makes of a set; `None` where it leads out of the target's domain, so that there is no such jump.
+    fn landing(&self, walk: &Walk<'a>, number: usize, set: &Set, is_certain: bool) -> Result<Option<Landing>, Fault> {
+        let edge = &walk.mode.edges[number];
+        let wide = if edge.choices > 0 { set.with_choices(edge.choices) } else { set.clone() };
+        let before = &wide.models[..set.models.len()];
+        let after = values(&wide.space, &edge.reset, &wide.models)?;
+        let target = &self.modes[edge.target];
+        let watched = ranges(&wide, &values(&wide.space, &target.watch, &after)?)?;
+        let arrives = all(&target.domain, &watched);
+        if arrives == Some(false) {
+            return Ok(None);
+        }
+        let is_certain = is_certain && arrives == Some(true);
+        let pair: Vec<Model> = after.iter().chain(before).cloned().collect();
+        let quantities = ranges(&wide, &values(&wide.space, &edge.landing, &pair)?)?;
+        let hull = ranges(&wide, &after)?;
+        let time = *hull.last().ok_or(Fault::Unknown)?;
+        let claim = judged(edge.claim.truth(&quantities), time, is_certain && walk.stretch.is_certain);
+        let jump = Jump { edge: number, time, before: ranges(&wide, before)?, after: hull, claim };
+        let set = compact(Set { space: wide.space, models: after }, self.settings.degree)?;
+        Ok(Some(Landing { edge: number, set, jump, is_certain }))
+    }
+
+    fn leave(&mut self, walk: &Walk<'a>, landing: Landing) {
+        self.waiting.push_back(Waiting {
+            parent: Some(walk.number),
+            mode: walk.mode.edges[landing.edge].target,
+            set: landing.set,
+            jumps: walk.stretch.jumps + 1,
+            cuts: walk.cuts,
+            is_certain: landing.is_certain && walk.stretch.is_certain,
+            jump: Some(landing.jump),
+        });
+    }
+
+    /// Jumps that are possible at some instants of the step and forced at none: each is made from all of these states at
+    /// once, and the flow goes on. False where the flow may have to leave the domain.
+    fn open_jumps(&mut self, walk: &mut Walk<'a>, step: &Step) -> Result<bool, Fault> {
+        let depth = self.settings.depth + 2;
+        if !walk.stays(step, 0.0, step.h, depth) || walk.may_be_urgent(step, depth)? {
+            return Ok(false);
+        }
+        walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        for number in 0..walk.mode.edges.len() {
+            let Some(part) = walk.possible(step, number, 0.0, step.h, depth)? else { continue };
+            let set = Set { space: walk.flow.space.clone(), models: walk.flow.states(step, part)? };
+            if let Some(landing) = self.landing(walk, number, &set, false)? {
+                self.leave(walk, landing);
+            }
+        }
+        walk.flow.land(step)?;
+        Ok(true)
+    }
+
+    /// Go on with the halves of the set.
+    fn cut(&mut self, walk: &mut Walk<'a>) -> Result<End, Fault> {
+        if walk.cuts >= self.budget.cuts {
+            return Ok(End::Stopped(Fault::Crossing));
+        }
+        let Some(halves) = walk.flow.set()?.halves() else { return Ok(End::Stopped(Fault::Crossing)) };
+        for set in halves {
+            self.waiting.push_back(Waiting {
+                parent: Some(walk.number),
+                mode: walk.stretch.mode,
+                set,
+                jumps: walk.stretch.jumps,
+                cuts: walk.cuts + 1,
+                is_certain: walk.stretch.is_certain,
+                jump: None,
+            });
+        }
+        Ok(End::Cut)
+    }
+}
+
+/// A set with fewer variables if it has many more than the state: a box around it.
+fn compact(set: Set, degree: usize) -> Result<Set, Fault> {
+    if set.space.variables <= set.models.len() + SPARE {
+        return Ok(set);
+    }
+    Ok(Set::of_box(&set.hull()?, degree.max(1)))
+}
