@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Json = Any
 Ends = tuple[Fraction, Fraction]
-GUARD, COARSE_TIME, COARSE_DEGREE, CLOSE = 16, 4, 1, 14
+GUARD, COARSE_TIME, CLOSE = 16, 4, 14
 HALF = {-1: ((0, 1), (1, 1)), 0: ((-1, 1), (1, 1))}  # (a + b x) / 2 for the halves of [0, 1] and [-1, 1]
 
 
@@ -54,8 +54,9 @@ class Record:
         if len(set(self.monomials)) < len(self.monomials):
             raise Refused("a recorded flow has a monomial twice")
         bits = self.shift + GUARD
-        self.space = Space(bits, self.time, max(most, COARSE_DEGREE))
-        self.field = Field(scope, mode, self.space, Space(bits, min(COARSE_TIME, self.time), COARSE_DEGREE))
+        coarse = 2 if len(self.set) <= 3 else 1
+        self.space = Space(bits, self.time, max(most, coarse))
+        self.field = Field(scope, mode, self.space, Space(bits, min(COARSE_TIME, self.time), coarse))
 
     def _monomial(self, given: Json) -> int:
         if len(given) != len(self.set):
@@ -260,7 +261,7 @@ class Along:
         point, last = self.admissible(run), number(run["last"])
         if run["steps"] or not self.first <= last <= self.limit:
             raise Refused("a run ends at an instant that the claim does not speak of")
-        for tube in self.record.tubes({v: (q, q) for v, q in point.items()}, self.record.data["steps"], last):
+        for tube in self.record.tubes({v: (q, q) for v, q in point.items()}, self.record.data["starts"][0]["pieces"]["steps"], last):
             done = tube.end >= last
             until = self._upto(tube, last, False) if done else tube
             if not self._close(until, self._possible, CLOSE):
@@ -319,7 +320,7 @@ def shown_along(question: Question, entry: Json) -> Shown:
     if "flow" not in entry:
         raise Beyond("a flow without a record")
     along = Along(question, entry["flow"])
-    question._same(entry, "flow", along.mode, "")
+    question.same(entry, "flow", along.mode, "")
     positive = question.goal["kind"] == "always"
     if entry["kind"] == "flow_run":
         along.violated(entry["run"])

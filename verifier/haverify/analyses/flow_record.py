@@ -19,7 +19,7 @@ Q = Fraction
 Json = Any
 Box = tuple[tuple[Q, Q], ...]
 DIGITS = 18  # of an integer in a certificate, at most
-FINEST, COARSEST = 100, 8
+PRECISION, COARSEST = 40, 8
 
 
 @record
@@ -33,17 +33,22 @@ class Followed:
     settings: Settings
 
 
-def flow_json(automaton: str, flow: Followed, boxes: Sequence[Box], pieces: Sequence[Box], bits: int) -> Json | None:
-    """A file of recorded flows from boxes, each split in halves down to given pieces; None where it has no use."""
+def record_name(claim: str, goal: int) -> str:
+    """The name of the file of a goal's recorded flow."""
+    return f"flow {claim.replace('[', '(').replace(']', ')')} {goal}"
+
+
+def flow_json(automaton: str, flow: Followed, boxes: Sequence[Box], pieces: Sequence[Box]) -> Json | None:
+    """A file of recorded flows from boxes, each split in halves down to given pieces; None where it would not do."""
     try:
         found = {piece: _steps(flow, piece) for piece in pieces}
     except Fault:
         return None
     monomials, steps = next(iter(found.values()))
     most = max((abs(c) for _, s in found.values() for _, x in s for v in x for row in v for c in row), default=1.0)
-    bits = min(bits, int(DIGITS * 3.32) - 1 - frexp(most)[1])
+    bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
     wide = [v for v, (low, high) in zip(flow.names, pieces[0], strict=True) if _is_wide(low, high)]
-    if not COARSEST <= bits <= FINEST or any(len(m) != len(wide) for m in monomials):
+    if bits < COARSEST or any(len(m) != len(wide) for m in monomials):
         return None
     leaves = {piece: {"steps": list(_rows(flow, s, bits))} for piece, (_, s) in found.items()}
     return {

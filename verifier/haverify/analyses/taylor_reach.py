@@ -14,7 +14,8 @@ from math import floor
 from typing import Any
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
-from haverify.evidence.certificate import certificate, run_json
+from haverify.analyses.flow_record import Followed, flow_json, halves, record_name
+from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
@@ -23,6 +24,7 @@ from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
+from haverify.obligations.constants import params_of
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
@@ -84,13 +86,16 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
     if isinstance(verdict, Unknown):
         return Evidence(verdict, parts, METHOD)
     known = hashes(spec, automaton, core)
-    entries = []
-    for goal, (_, entry, _, _) in zip(claim.goals, goals, strict=True):
+    entries, cells = [], dict[str, Json]()
+    for number, (goal, (_, entry, _, _)) in enumerate(zip(claim.goals, goals, strict=True)):
         digest = known.part(known.goal(claim, goal), "flow", model.mode.name, "")
         entries.append({**entry, "hash": digest} if entry else {})
+        if "flow" in entry:
+            name = entries[-1]["flow"] = record_name(claim.name, number)
+            cells[name] = entry["flow"]
     word = "proved" if isinstance(verdict, Proved) else "refuted"
     run = next((r for v, _, r, _ in goals if r is not None), None)
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run)
+    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), cells, run=run)
 
 
 def _combined(verdicts: Sequence[Verdict]) -> Verdict:
@@ -106,19 +111,52 @@ def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, 
     """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words."""
     question = _question(model, claim, goal)
     is_reach = goal.kind == "can_reach"
-    has_start, run = _violating(question)
+    start, run = _violating(question)
     if run is not None:
         text = "a run reaches it" if is_reach else "violated"
-        return (Proved() if is_reach else Refuted(), {"kind": "flow_run", "run": run_json(run)}, run, text)
-    if not has_start:
+        entry = {"kind": "flow_run", "run": run_json(run), **_recorded_run(question, run)}
+        return (Proved() if is_reach else Refuted(), entry, run, text)
+    if start is None:
         return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
     proof = _proved(question)
     if proof is None:
         return _undecided(question), {}, None, ""
-    entry = {"kind": "flowpipe", "pieces": len(proof)}
+    entry = {"kind": "flowpipe", "start": _start_json(model, start), **_recorded(question, list(proof))}
+    pipes = list(proof.values())
     if is_reach:
         return Refuted(), entry, None, "never reached"
-    return Proved(_margin(question, proof)), entry, None, "holds along every flowpipe"
+    return Proved(_margin(question, pipes)), entry, None, "holds along every flowpipe"
+
+
+def _recorded(question: Question, pieces: Sequence[Box]) -> Json:
+    """What the second checker needs to show the same, if it can be recorded."""
+    model = question.model
+    settings = _settings(question, pieces[0], is_point=False)
+    followed = _followed(question, question.asked.last, settings)
+    found = flow_json(model.automaton.name, followed, model.boxes, pieces)
+    return {} if found is None else {"flow": found}
+
+
+def _recorded_run(question: Question, run: Run) -> Json:
+    """The same for one run."""
+    given = {**dict(run.values), **dict(run.params), "time": Q(0)}
+    box = tuple((given[n], given[n]) for n in question.model.names)
+    settings = _settings(question, box, is_point=True)
+    found = flow_json(question.model.automaton.name, _followed(question, run.last, settings), [box], [box])
+    return {} if found is None else {"flow": found}
+
+
+def _followed(question: Question, until: Q, settings: Settings) -> Followed:
+    model = question.model
+    return Followed(question.field, model.names, len(model.automaton.vars), max(until, INSTANT), settings)
+
+
+def _start_json(model: FlowModel, start: Sequence[Q]) -> Json:
+    """An admissible start; params that nothing reads have any value in their range."""
+    count = len(model.automaton.vars)
+    params = {p.name: model.values.interval(p.range)[0] for p in params_of(model.spec, model.automaton)}
+    known = {n: q for n, q in zip(model.names[count:], start[count:], strict=True) if n != "time"}
+    return start_json(model.mode.name, dict(zip(model.names[:count], start[:count], strict=True)), {**params, **known})
 
 
 def _undecided(question: Question) -> Unknown:
@@ -255,10 +293,10 @@ def _open(question: Question, pipe: Pipe) -> Segment | None:
     return None
 
 
-def _proved(question: Question) -> list[Pipe] | None:
+def _proved(question: Question) -> dict[Box, Pipe] | None:
     """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed."""
     waiting = list(question.model.boxes)
-    found: list[Pipe] = []
+    found: dict[Box, Pipe] = {}
     while waiting:
         box = waiting.pop()
         if question.pieces >= PIECES:
@@ -267,13 +305,12 @@ def _proved(question: Question) -> list[Pipe] | None:
         pipe = _pipe(question, box, _settings(question, box, is_point=False))
         undecided = _open(question, pipe)
         if undecided is None and not pipe.trouble:
-            found.append(pipe)
+            found[box] = pipe
             continue
         _note(question, pipe, undecided)
-        halves = _halved(box)
-        if halves is None:
+        if all(low == high for low, high in box):
             return None
-        waiting += halves
+        waiting += halves(box)[:0:-1]
     return found
 
 
@@ -283,27 +320,16 @@ def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
     question.reached = Q(end)
 
 
-def _halved(box: Box) -> list[Box] | None:
-    """The box cut in two across its widest side; None if it is a point."""
-    widths = [high - low for low, high in box]
-    v = max(range(len(box)), key=lambda i: widths[i] / (1 + abs(box[i][0] + box[i][1]) / 2))
-    if widths[v] == 0:
-        return None
-    low, high = box[v]
-    middle = (low + high) / 2
-    return [(*box[:v], (middle, high), *box[v + 1 :]), (*box[:v], (low, middle), *box[v + 1 :])]
-
-
-def _violating(question: Question) -> tuple[bool, Run | None]:
-    """Whether a start is certainly admissible; a run that certainly violates the claim, from a middle or a corner."""
-    has_start = False
+def _violating(question: Question) -> tuple[tuple[Q, ...] | None, Run | None]:
+    """A start that is certainly admissible; a run that certainly violates the claim, from a middle or a corner."""
+    start = None
     for box in question.model.boxes:
         for point in _points(box):
             is_admissible, at = _violated_at(question, point)
-            has_start = has_start or is_admissible
+            start = point if start is None and is_admissible else start
             if at is not None:
-                return True, _run(question.model, point, at)
-    return has_start, None
+                return point, _run(question.model, point, at)
+    return start, None
 
 
 def _points(box: Box) -> Iterator[tuple[Q, ...]]:
@@ -340,11 +366,9 @@ def _simplest(low: Q, high: Q) -> Q:
 
 
 def _run(model: FlowModel, point: Sequence[Q], at: Q) -> Run:
-    count = len(model.automaton.vars)
-    values = tuple(zip(model.names[:count], point[:count], strict=True))
-    pairs = zip(model.names[count:], point[count:], strict=True)
-    params = tuple((n, q) for n, q in pairs if n != "time")
-    return Run(model.mode.name, values, params, (), at)
+    start = _start_json(model, point)
+    values, params = ({n: Q(q) for n, q in start[key].items()} for key in ("values", "params"))
+    return Run(model.mode.name, tuple(values.items()), tuple(params.items()), (), at)
 
 
 def _margin(question: Question, proof: Sequence[Pipe]) -> Margin | None:
