@@ -53,7 +53,8 @@ def waves(space: Space, a: Model) -> tuple[Model, Model]:
     rest, terms, left = _about(space, a, 1, 1)
     turn = [sine, cosine, -sine, -cosine]
     found = [[(turn[(k + s) % 4] // factorial(k), 3) for k in range(terms)] for s in (0, 1)]
-    return space.polynomial(found[0], rest, left), space.polynomial(found[1], rest, left)
+    made = space.polynomials(found, rest, left)
+    return made[0], made[1]
 
 
 def exponential(space: Space, a: Model) -> Model:
@@ -61,7 +62,7 @@ def exponential(space: Space, a: Model) -> Model:
     at = powers(middle(a), space.bits)[0]
     rest, terms, left = _about(space, a, 1, 1)
     most = powers(middle(a) + norm(rest), space.bits)[0] + 2
-    return space.polynomial([(at // factorial(k), 3) for k in range(terms)], rest, space.up(most * left))
+    return space.polynomials([[(at // factorial(k), 3) for k in range(terms)]], rest, space.up(most * left))[0]
 
 
 def log(space: Space, a: Model) -> Model:
@@ -72,7 +73,7 @@ def log(space: Space, a: Model) -> Model:
     rest, terms, left = _about(space, a, low, 0)
     found = [logarithm(c, space.bits)]
     found += [((-1) ** (k + 1) * one ** (k + 1) // (k * c**k), 1) for k in range(1, terms)]
-    return space.polynomial(found, rest, left)
+    return space.polynomials([found], rest, left)[0]
 
 
 def _about(space: Space, a: Model, low: int, factorials: int) -> tuple[Model, int, int]:
@@ -126,7 +127,7 @@ def root(space: Space, a: Model) -> Model:
     return widened(w, norm(_short(space, a, w, w)) * space.one // low + 1)
 
 
-def magnitude(a: Model, space: Space) -> Model:
+def magnitude(space: Space, a: Model) -> Model:
     """The absolute value."""
     low, high = bounds(a)
     if low >= 0:
@@ -137,7 +138,7 @@ def magnitude(a: Model, space: Space) -> Model:
     return space.constant(most >> 1, most - (most >> 1))
 
 
-def sign(a: Model, space: Space) -> Model:
+def sign(space: Space, a: Model) -> Model:
     """The slope of the absolute value: any number between -1 and 1 where the sign is not known."""
     low, high = bounds(a)
     return space.constant(space.one) if low >= 0 else space.constant(-space.one) if high <= 0 else Model({}, space.one)

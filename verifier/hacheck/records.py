@@ -1,4 +1,4 @@
-"""Claims about a flow, shown along recorded polynomials: for a split of the starts and each step, one for each variable.
+"""Claims about a flow, shown along recorded polynomials: one for each variable, step, and piece of the starts.
 
 How far solutions are from the polynomials is found here (`tubes.py`); a record says nothing about it. A record that is
 too coarse is beyond the checker, not refused.
@@ -12,14 +12,14 @@ from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hacheck import bernstein
-from hacheck.enclosures import HIGHEST, WIDTH, Model, Part, Space, bounds, degree, exponents, widened
+from hacheck.enclosures import HIGHEST, Model, Space, Terms, degree, exponents, key, widened
 from hacheck.expressions import Instant
 from hacheck.formula import conj, members, placed, variables
 from hacheck.polynomial import Env, const, names
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 from hacheck.scope import Scope
-from hacheck.tapes import Tape, holds, places
-from hacheck.tubes import Field, Front
+from hacheck.tapes import holds, places
+from hacheck.tubes import Field
 
 if TYPE_CHECKING:
     from hacheck.obligations import Question, Shown
@@ -61,7 +61,10 @@ class Record:
     def _monomial(self, given: Json) -> int:
         if len(given) != len(self.set):
             raise Refused("a monomial of a recorded flow is of other variables")
-        return sum(_whole(e, 0, HIGHEST) << WIDTH * i for i, e in enumerate(given))
+        found = key(_whole(e, 0, HIGHEST) for e in given)
+        if sum(given) > HIGHEST:
+            raise Refused("a monomial of a recorded flow has too high a degree")
+        return found
 
     def tubes(self, box: Mapping[str, Ends], steps: list[Json], until: Fraction) -> Iterator[Tube]:
         """What encloses all solutions from the box, step by step up to an instant."""
@@ -73,7 +76,7 @@ class Record:
             if time > until * one:
                 return
             h = _whole(step["h"], 1, 10**18) << GUARD
-            clock = Model({(0, 0): {0: time}, (1, 0): {0: h}}, 0)
+            clock = Model({0: {0: time}, 1: {0: h}}, 0)
             paths = {v: self._path(front.centre[v], c) for v, c in zip(self.moving, step["x"], strict=True)}
             env = {**fixed, "time": clock, **paths}
             off, front = self.field.step(front, env, h)
@@ -90,21 +93,24 @@ class Record:
         most += (most - least) & 1
         centre, half = (least + most) >> 1, (most - least) >> 1
         if name not in self.set:
-            return Model({(0, 0): {0: centre}}, half)
-        return Model({(0, 0): {0: centre}, (0, 1): {1 << WIDTH * self.set.index(name): half}}, 0)
+            return Model({0: {0: centre}}, half)
+        return Model({0: {0: centre, self.unit(self.set.index(name)): half}}, 0)
+
+    def unit(self, variable: int) -> int:
+        """The monomial that is one set variable."""
+        return key([*[0] * variable, 1])
 
     def _path(self, start: Model, coefficients: Json) -> Model:
         """The polynomial that begins at `start` and has these coefficients of the powers of t, from the first."""
-        parts: dict[Part, dict[int, int]] = dict(start.parts)
+        parts: dict[int, Terms] = dict(start.parts)
         if len(coefficients) > self.time:
             raise Refused("a recorded flow has a power of t above its order")
         for i, row in enumerate(coefficients):
             if len(row) > len(self.monomials):
                 raise Refused("a recorded flow has more coefficients than monomials")
             spend(1 + len(row))
-            for key, c in zip(self.monomials, row, strict=False):
-                if c:
-                    parts.setdefault((i + 1, degree(key)), {})[key] = _whole(c, -(10**18), 10**18) << GUARD
+            found = (_whole(c, -(10**18), 10**18) << GUARD for c in row)
+            parts[i + 1] = {k: c for k, c in zip(self.monomials, found, strict=False) if c}
         return Model(parts, 0)
 
 
@@ -136,12 +142,12 @@ class Along:
         """Where all runs start, and stay."""
         started = {line["mode"] for line in self.scope.automaton["init"]}
         started = set(self.scope.modes) if None in started else started
-        mode = next(iter(started), None)
+        mode = str(next(iter(started), None))
         if len(started) != 1 or self.model.leaving[mode] or self.scope.modes[mode]["terminal"]:
             raise Beyond("a flow with several modes, or one where a run may end")
         if any(t != "real" for t in self.scope.types.values()):
             raise Beyond("a flow beside discrete variables")
-        return str(mode)
+        return mode
 
     # Starts
 
@@ -161,7 +167,7 @@ class Along:
         lines = [self._sure(line["where"], point) and all(self._sure(e, point) for e in _assigned(line))
                  for line in self.scope.automaton["init"]]  # fmt: skip
         if not all(held) or not any(lines):
-            raise Refused("a start is not admissible")
+            raise Beyond("a start is not certainly admissible")
         return point
 
     def _sure(self, e: Json, point: Mapping[str, Fraction], closed: bool = False) -> bool:
@@ -180,10 +186,11 @@ class Along:
     def box(self, line: Json, given: Json) -> dict[str, Ends]:
         """The box that a record gives for an init line, which must hold all its starts."""
         ends = {v: (number(low), number(high)) for v, (low, high) in given.items()}
-        for v, (low, high) in self._starts(line).items():
-            if v not in ends or not ends[v][0] <= low or not high <= ends[v][1]:
-                raise Refused(f"a recorded flow does not start everywhere: {v}")
-        return ends
+        starts = self._starts(line)
+        for v, (low, high) in starts.items():
+            if v in ends and not (ends[v][0] <= low and high <= ends[v][1]):
+                raise Beyond(f"a recorded flow does not start everywhere: {v}")
+        return {**starts, **ends}
 
     def _starts(self, line: Json) -> dict[str, Ends]:
         """Bounds of all starts: those of single variables in the line and the domain, else the declared ranges."""
@@ -227,7 +234,8 @@ class Along:
         if tube.start > self.limit:
             return True
         early = tube.end < self.first
-        values = self.tape.values(places((("and", self.claim, self.window, self.domain))), tube.states, self.record.space)
+        read = places(("and", self.claim, self.window, self.domain))
+        values = self.tape.values(read, tube.states, self.record.space)
         if holds(self.domain, values) is False:
             return True
         return holds(self.window, values) is True and (early or holds(self.claim, values) is True)
@@ -243,15 +251,15 @@ class Along:
         """A tube cut where its states vary most: in time, or in a set variable."""
         width = {-1: 0, **dict.fromkeys(range(len(self.record.set)), 0)}
         for m in tube.states.values():
-            for (i, _), terms in m.parts.items():
-                for key, c in terms.items():
-                    for v in [-1] * (i > 0) + [j for j, e in enumerate(exponents(key)) if e]:
+            for i, terms in m.parts.items():
+                for k, c in terms.items():
+                    for v in [-1] * (i > 0) + [j for j, e in enumerate(exponents(k)) if e]:
                         width[v] += abs(c)
         cut = max(width, key=lambda v: width[v])
         space, middle = self.record.space, (tube.start + tube.end) / 2
         for a, b in HALF[min(cut, 0)]:
-            part = Model({(0, 0): {0: a * space.one >> 1}, (int(cut < 0), int(cut >= 0)):
-                          {1 << WIDTH * cut if cut >= 0 else 0: b * space.one >> 1}}, 0)  # fmt: skip
+            half, whole = b * space.one >> 1, a * space.one >> 1
+            part = Model({0: {0: whole, self.record.unit(cut): half}} if cut >= 0 else {0: {0: whole}, 1: {0: half}}, 0)
             states = {v: space.replaced(m, cut, part) for v, m in tube.states.items()}
             ends = (tube.start, tube.end) if cut >= 0 else (middle, tube.end) if a else (tube.start, middle)
             yield Tube(*ends, states)
@@ -261,7 +269,8 @@ class Along:
         point, last = self.admissible(run), number(run["last"])
         if run["steps"] or not self.first <= last <= self.limit:
             raise Refused("a run ends at an instant that the claim does not speak of")
-        for tube in self.record.tubes({v: (q, q) for v, q in point.items()}, self.record.data["starts"][0]["pieces"]["steps"], last):
+        (start,) = self.record.data["starts"]
+        for tube in self.record.tubes({v: (q, q) for v, q in point.items()}, start["pieces"]["steps"], last):
             done = tube.end >= last
             until = self._upto(tube, last, False) if done else tube
             if not self._close(until, self._possible, CLOSE):
@@ -281,7 +290,7 @@ class Along:
         """The tube up to an instant, or at that instant alone."""
         space = self.record.space
         share = space.number((last - tube.start) / (tube.end - tube.start))
-        part = share if only else space.mul(share, Model({(1, 0): {0: space.one}}, 0))
+        part = share if only else space.mul(share, Model({1: {0: space.one}}, 0))
         return Tube(tube.start, last, {v: space.replaced(m, -1, part) for v, m in tube.states.items()})
 
 

@@ -1,7 +1,7 @@
 """Expressions of one mode as a list of operations, their derivatives, their values over models, their truth.
 
-A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`. Dwelling only: nothing
-has just happened.
+A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`. Dwelling only:
+nothing has just happened.
 """
 
 from __future__ import annotations
@@ -208,15 +208,14 @@ class Tape:
                     waves[args[0]] = elementary.waves(space, out[args[0]])
                 out[i] = waves[args[0]][op == "cos"]
             else:
-                out[i] = _applied(op, out[args[0]], space)
+                out[i] = _FUNCTIONS[op](space, out[args[0]])
         return out
 
 
-def _applied(op: str, a: Model, space: Space) -> Model:
-    if op in ("abs", "sign"):
-        return (elementary.magnitude if op == "abs" else elementary.sign)(a, space)
-    name = {"inverse": elementary.inverse, "exp": elementary.exponential, "log": elementary.log, "sqrt": elementary.root}
-    return name[op](space, a)
+_FUNCTIONS = {
+    "inverse": elementary.inverse, "exp": elementary.exponential, "log": elementary.log, "sqrt": elementary.root,
+    "abs": elementary.magnitude, "sign": elementary.sign,
+}  # fmt: skip
 
 
 def holds(f: Truth, values: Mapping[int, Model]) -> bool | None:

@@ -1,9 +1,9 @@
 """How far the solutions of `x' = f(x)` are from given polynomials: one step, without integrating again.
 
-With `x = P(t, z) + e`, t in [0, 1] over a step of length h, and `P' = h f(P) + d`: `e' = h J e - d`, where J is a mean of
-Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of `U' = h J U`; so
-`w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never leave it: there is
-no first instant at which they would.
+With `x = P(t, z) + e`, t in [0, 1] over a step of length h, and `P' = h f(P) + d`: `e' = h J e - d`, where J is a mean
+of Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of `U' = h J U`;
+so `w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never leave it:
+there is no first instant at which they would.
 """
 
 from __future__ import annotations
@@ -46,12 +46,7 @@ class Field:
         return Front(centre, [[one if i == j else ZERO for j in range(len(radii))] for i in range(len(radii))], radii)
 
     def step(self, start: Front, env: Mapping[str, Model], h: int) -> tuple[list[int], Front]:
-        """Bounds of the error of each variable during a step from `start` along the polynomials in env; the set at its end.
-
-        Raises
-        ------
-        Beyond      where no bound is found
-        """
+        """Bounds of each variable's error along the polynomials in env, in a step from `start`; the set at its end."""
         defects, back = self._defects(env, h), self._back(start.frame)
         first = self._spread(back, defects)
         guess = [r + (r >> 3) + 2 * a + 4 for r, a in zip(start.radii, first, strict=True)]
@@ -95,8 +90,7 @@ class Field:
             terms = [[space.sum((by_power[i][a][c], series[k - i][c][b]) for i in range(k + 1) for c in n) for b in n]
                      for a in n]  # fmt: skip
             series.append([[_divided(m, k + 1) for m in row] for row in terms])
-        return [[Model({(k, d): t for k, s in enumerate(series) for (_, d), t in s[a][b].parts.items()}, 0)
-                 for b in n] for a in n]  # fmt: skip
+        return [[Model({k: s[a][b].parts.get(0, {}) for k, s in enumerate(series)}, 0) for b in n] for a in n]
 
     def _undone(self, back: Matrix, slopes: Matrix) -> Matrix:
         """Near the inverse of a moved frame: `W' = -h W Df`."""
@@ -107,7 +101,8 @@ class Field:
         space, n = self.coarse, range(len(frame))
         found = constants(space, inverted([[middle(m) for m in row] for row in frame], space))
         rest = off(space, found, frame)
-        return [[Model(add(found[i][j], space.sum((rest[i][k], found[k][j]) for k in n)).parts, 0) for j in n] for i in n]
+        more = [[space.sum((rest[i][k], found[k][j]) for k in n) for j in n] for i in n]
+        return [[Model(add(found[i][j], more[i][j]).parts, 0) for j in n] for i in n]
 
     def _spread(self, frame: Matrix, radii: list[int]) -> list[int]:
         """Bounds of `frame w`."""
@@ -121,7 +116,7 @@ class Field:
         return solved(space, frame, back, self._spread(back, pull))
 
     def _front(self, centre: dict[str, Model], frame: Matrix, radii: list[int]) -> Front:
-        """The set at the end of a step; the frame is made anew where its columns become alike, or depend on z too much."""
+        """The set at the end of a step, its frame made anew where its columns become alike or depend on z too much."""
         space, n = self.coarse, range(len(frame))
         numbers = [[middle(m) for m in row] for row in frame]
         if self._serves(frame, constants(space, inverted(numbers, space)), radii):
@@ -154,8 +149,7 @@ def _turned(a: Matrix) -> Matrix:
 
 def _coefficient(m: Model, power: int) -> Model:
     """A coefficient of the powers of t."""
-    found = {(0, d): t for (i, d), t in m.parts.items() if i == power}
-    return Model(found, 0) if found else ZERO
+    return Model({0: m.parts[power]}, 0) if m.parts.get(power) else ZERO
 
 
 def _divided(m: Model, by: int) -> Model:

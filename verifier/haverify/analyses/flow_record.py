@@ -19,7 +19,7 @@ Q = Fraction
 Json = Any
 Box = tuple[tuple[Q, Q], ...]
 DIGITS = 18  # of an integer in a certificate, at most
-PRECISION, COARSEST = 40, 8
+PRECISION, COARSEST = 36, 8
 
 
 @record
@@ -44,7 +44,7 @@ def flow_json(automaton: str, flow: Followed, boxes: Sequence[Box], pieces: Sequ
         found = {piece: _steps(flow, piece) for piece in pieces}
     except Fault:
         return None
-    monomials, steps = next(iter(found.values()))
+    monomials = next(iter(found.values()))[0]
     most = max((abs(c) for _, s in found.values() for _, x in s for v in x for row in v for c in row), default=1.0)
     bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
     wide = [v for v, (low, high) in zip(flow.names, pieces[0], strict=True) if _is_wide(low, high)]

@@ -28,7 +28,7 @@ from haverify.obligations.constants import params_of
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
-from haverify.text.record import holder, record
+from haverify.text.record import holder, record, replace
 
 Q = Fraction
 Json = Any
@@ -131,8 +131,7 @@ def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, 
 def _recorded(question: Question, pieces: Sequence[Box]) -> Json:
     """What the second checker needs to show the same, if it can be recorded."""
     model = question.model
-    settings = _settings(question, pieces[0], is_point=False)
-    followed = _followed(question, question.asked.last, settings)
+    followed = _followed(question, question.asked.last, _settings(question, pieces[0], is_point=False))
     found = flow_json(model.automaton.name, followed, model.boxes, pieces)
     return {} if found is None else {"flow": found}
 
@@ -147,8 +146,9 @@ def _recorded_run(question: Question, run: Run) -> Json:
 
 
 def _followed(question: Question, until: Q, settings: Settings) -> Followed:
-    model = question.model
-    return Followed(question.field, model.names, len(model.automaton.vars), max(until, INSTANT), settings)
+    model, horizon = question.model, max(until, INSTANT)
+    longer = replace(settings, longest=float(horizon) / 16)
+    return Followed(question.field, model.names, len(model.automaton.vars), horizon, longer)
 
 
 def _start_json(model: FlowModel, start: Sequence[Q]) -> Json:
