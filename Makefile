@@ -14,7 +14,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # Times of files can lie (a restored backup, a library deleted by hand); interval.py compares contents.
 FRESH := $(shell $(BIN)/python -c 'import haverify.maths.interval' 2>/dev/null && echo yes)
 
-.PHONY: all demo test lint bench clean stale
+.PHONY: all demo test lint bench bench-reach soak clean stale
 all: $(STAMP)
 
 # Python edits apply at once; an edit of the kernel makes the stamp old, and interval.py refuses an old kernel.
@@ -46,6 +46,15 @@ lint: $(STAMP)
 bench: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/python -m tests.bench
+
+# Reachability problems of the literature, beside what other tools needed: some minutes.
+bench-reach: $(STAMP)
+	@$(BIN)/python -m compileall -q verifier
+	$(BIN)/python -m tests.bench.reach
+
+# 100,000 sampled runs of each problem against the enclosures; a hundredth of it is among the tests.
+soak: $(STAMP)
+	$(BIN)/python -m tests.soak
 
 clean:
 	rm -rf $(VENV) reports verifier/kernel/target verifier/haverify/*.so .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -60,7 +60,8 @@ def parts(a: Json, condition: Json) -> Iterator[Part]:
     def found(mode: str, of: list[str]) -> Iterator[tuple[str, list[Json]]]:
         for output in of:
             spend(len(groups[output]))
-            yield output, [c for only, c in groups[output] if only in (None, mode)]
+            if mine := [c for only, c in groups[output] if only in (None, mode)]:
+                yield output, mine
 
     for m in a["modes"]:
         yield from (Part("dwell", m["name"], o, m["name"], cs) for o, cs in found(m["name"], list(groups)))

@@ -45,6 +45,11 @@ class Scope:
             self.params[name] = const(low) if low == high else var(name)
             self.box[name] = (low, high)
 
+    @property
+    def chosen(self) -> bernstein.Box:
+        """The box of everything but the state: params, rounded constants, pi; and chosen values, which are free."""
+        return {**{v + "'": bernstein.FREE for v in self.types}, **self.box}
+
     def _unhidden(self, value: Json) -> None:
         """What is written at the top level does not mean a constant that the automaton hides."""
         if any(n[0] == "const" and n[1:] and n[1] in self.hidden for n in nodes(value)):

@@ -37,6 +37,7 @@ class Contexts:
     spec: Spec
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
+    decided: dict[str, Evidence] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -76,7 +77,14 @@ def decide_all(
     wanted = None if names is None else set(names)
     contexts = contexts_of(spec, core)
     units = max(1, int(ENOUGH * (budget if budget is not None else Fraction(1))))
-    return {c.name: decide(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
+    return {c.name: _decide_once(spec, c, contexts, units) for c in spec.claims if wanted is None or c.name in wanted}
+
+
+def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What is proposed for a claim; others may use it, and ask again."""
+    if claim.name not in contexts.decided:
+        contexts.decided[claim.name] = decide(spec, claim, contexts, units)
+    return contexts.decided[claim.name]
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
@@ -98,16 +106,19 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     try:
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
-        return _by_induction(context, claim, _by_flowpipe(context, claim, str(e)))
-    return _by_induction(context, claim, found) if claim.inductive else found
+        return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, str(e)), units)
+    return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
 
 
-def _by_induction(context: Context, claim: Claim, before: Evidence) -> Evidence:
+def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
     """What an invariant shows of a claim that was not decided before."""
     if not isinstance(before.verdict, Unknown) or any(g.kind not in ("always", "can_reach") for g in claim.goals):
         return before
     from haverify.analyses.induction.decide import decide_invariant
 
+    for used in (c for c in context.spec.claims if c.name in claim.using):
+        if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
+            return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
     try:
         found = decide_invariant(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
+from math import gcd
 from typing import Any
 
-from haverify.analyses.regions import Ends, Narrowing, Node, Region, Terms, Truth, axis, box, denied, minus
-from haverify.analyses.regions_sample import FEW, MANY, sample
+from haverify.analyses.regions import Node, Terms, Truth
+from haverify.analyses.regions_narrow import Narrowing
+from haverify.analyses.regions_sample import FEW, MANY, failing
 from haverify.analyses.regions_simplex import solve
+from haverify.analyses.regions_whole import TINY, Ranges, Region, Whole, box, difference, parted, primitive
 from haverify.maths.digits import rational_text
 from haverify.text.record import holder
 
 Json = Any
-Cut = tuple[Terms, str, Fraction]  # a direction, `<=` or `<`, a number: the points below are on one side
+Cut = tuple[Terms, str, int, int]  # a direction, `<=` or `<`, a quotient: the points below are on one side
 Point = dict[str, Fraction]
-Ranges = Mapping[str, tuple[Fraction, Fraction]]
 PAUSE = 4_000  # nodes narrowed before many points are tried
 ENOUGH = 30  # places that are looked at for a cut
 DEEPEST = 250
@@ -29,47 +31,62 @@ class SpentError(Exception):
 class Search:
     """At most `left` nodes are narrowed; `found` is a point at which the truth fails, once there is one.
 
+    The truth is one of whole numbers; `names` are those of its bits, in order.
+
     After `pause` nodes many points are tried: what fails on a large part is found so, what fails nowhere goes on.
     """
 
     truth: Truth
     ranges: Ranges
+    names: list[str]
     left: int
     pause: int = PAUSE
     found: Point | None = None
 
-    def tree(self, truth: Truth, region: Region, changed: frozenset[str] | None = None, depth: int = 0) -> Json:
+    def tree(self, truth: Truth, region: Region, changed: int | None = None, depth: int = 0) -> Json:
         """A tree as docs/core.md section 6 has it; None where the truth fails at a point, which is kept."""
         narrowing = Narrowing(region, changed)
         truth = narrowing.of(truth)
         self._spend(1 + len(narrowing.done), depth)
         if truth is True:
-            return "t"
+            return (self._nothing(region) if len(region.across) > 1 else None) or "t"
         if truth is False:
             return self._empty(region)
-        terms, relation, at = cut(truth, region)
-        names = frozenset(v for v, _ in terms)
+        terms, relation, top, bottom = cut(truth, region)
+        at = Fraction(top, bottom)
+        parts = region.split(terms, relation, at)
+        names = sum([v for v, _ in terms]) if parts[0].unit == region.unit else None
         branches = []
-        for part in region.split(terms, relation, at):
+        for part in parts:
             branches.append(self.tree(truth, part, names, depth + 1))
             if self.found is not None:
                 return None
-        return [relation, [[v, rational_text(q)] for v, q in terms], rational_text(at), *branches]
+        first = terms[0][1]
+        direction = [[self._name(v), rational_text(Fraction(q, first))] for v, q in terms]
+        return [relation, direction, rational_text(at / first), *branches]
+
+    def _name(self, bit: int) -> str:
+        return self.names[bit.bit_length() - 1]
 
     def _spend(self, nodes: int, depth: int) -> None:
         self.left -= nodes
         if self.left < 0 or depth > DEEPEST:
             raise SpentError
         if 0 < self.pause <= nodes:
-            self.found = sample(denied(self.truth), self.ranges, MANY)
+            self.found = failing(self.truth, self.ranges, MANY)
         self.pause -= nodes
 
     def _empty(self, region: Region) -> Json:
-        solution = solve(region)
-        if isinstance(solution, list):
-            return ["f", [[k, rational_text(q)] for k, q in solution]]
-        self.found = solution
-        return None
+        leaf = self._nothing(region)
+        if leaf is None:
+            solution = solve(region.exact())
+            assert isinstance(solution, dict)
+            self.found = {self._name(v): q for v, q in solution.items()}
+        return leaf
+
+    def _nothing(self, region: Region) -> Json:
+        solution = solve(region.exact())
+        return ["f", [[k, rational_text(q)] for k, q in solution]] if isinstance(solution, list) else None
 
 
 # ---- where to cut ---------------------------------------------------------------
@@ -98,25 +115,24 @@ def _useful(cuts: Iterator[Cut], region: Region) -> dict[Cut, int]:
 
 
 def _is_inside(c: Cut, region: Region) -> bool:
-    low, high = region.enclose(Fraction(0), c[0])
-    end = (c[2], 0 if c[1] == "<=" else -1)
-    return low <= end < high
+    terms, relation, top, bottom = c
+    low, high = region.enclose(0, terms)
+    end = top * region.unit - (bottom if relation == "<" else 0)
+    return low * bottom <= end < high * bottom
 
 
-def _off_middle(c: Cut, region: Region) -> Fraction:
-    (low, _), (high, _) = region.enclose(Fraction(0), c[0])
-    return abs(2 * c[2] - low - high) / (high - low) if high > low else Fraction(1)
+def _off_middle(c: Cut, region: Region) -> float:
+    """How far a cut of an axis is from the middle; a guide only."""
+    low, high = region.axes[c[0][0][0]]
+    return abs(2 * c[2] * region.unit - (low + high) * c[3]) / ((high - low) * c[3]) if high > low + 2 else 1.0
 
 
 def _halved(truth: Node, region: Region) -> Cut:
     """The middle of the widest axis that the truth reads."""
-    name = max(sorted(truth.names), key=lambda v: _width(region.ends[axis(v)]))
-    (low, _), (high, _) = region.ends[axis(name)]
-    return axis(name), "<=", (low + high) / 2
-
-
-def _width(ends: Ends) -> Fraction:
-    return ends[1][0] - ends[0][0]
+    bits = [v for v in region.axes if v & truth.names]
+    name = max(bits, key=lambda v: region.axes[v][1] - region.axes[v][0])
+    middle = Fraction(sum(parted(e)[0] for e in region.axes[name]) * TINY, 2 * region.unit)
+    return ((name, 1),), "<=", middle.numerator, middle.denominator
 
 
 def _cuts(t: Node, crossing: bool) -> Iterator[Cut]:
@@ -138,7 +154,7 @@ def _crossings(a: Node, b: Node, strict: bool) -> Iterator[Cut]:
     for m in _pieces(a):
         for n in _pieces(b):
             if m.low <= n.high and n.low <= m.high:
-                yield from _zero(minus(m, n), strict)
+                yield from _zero(difference(m, n), strict)
     yield from _conditions(a)
     yield from _conditions(b)
 
@@ -168,9 +184,9 @@ def _zero(n: Node, strict: bool = False) -> Iterator[Cut]:
         yield from _inside(n)
     elif n.names:
         constant, terms = n.parts
-        first = terms[0][1]
-        relation = "<" if (first > 0) is strict else "<="
-        yield tuple((v, q / first) for v, q in terms), relation, -constant / first
+        g, direction = primitive(terms)
+        common = gcd(constant, g) * (1 if g > 0 else -1)
+        yield direction, "<" if (g > 0) is strict else "<=", -constant // common, g // common
 
 
 def _inside(n: Node) -> Iterator[Cut]:
@@ -187,7 +203,7 @@ def _inside(n: Node) -> Iterator[Cut]:
             yield from _inside(m)
             for other in n.parts[:k]:
                 if m.op == other.op == "lin" and (not m.names or not other.names or m.names == other.names):
-                    yield from _zero(minus(m, other))
+                    yield from _zero(difference(m, other))
         yield from _orders(n)
 
 
@@ -197,7 +213,7 @@ def _orders(n: Node) -> Iterator[Cut]:
     for k, m in enumerate(lines):
         for other in lines[:k]:
             if m.names != other.names:
-                yield from _zero(minus(m, other))
+                yield from _zero(difference(m, other))
 
 
 def settle(truth: Truth, ranges: Ranges, nodes: int) -> Point | Json:
@@ -207,9 +223,11 @@ def settle(truth: Truth, ranges: Ranges, nodes: int) -> Point | Json:
     ------
     SpentError              where neither was found
     """
-    found = sample(denied(truth), ranges, FEW)
+    names = sorted(ranges)
+    whole = Whole(truth, names).truth(truth)
+    found = failing(whole, ranges, FEW)
     if found is not None:
         return found
-    search = Search(truth, ranges, nodes)
-    tree = search.tree(truth, box(ranges))
+    search = Search(whole, ranges, names, nodes)
+    tree = search.tree(whole, box(ranges))
     return tree if search.found is None else search.found

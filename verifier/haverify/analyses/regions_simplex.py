@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
-from haverify.analyses.regions import Ends, Region, Terms, axis
+from haverify.analyses.regions import Terms
 
+End = tuple[Fraction, int]
+Directions = Mapping[Terms, tuple[End, End]]
+"""Ends of directions, the axes first; an end is a number, and 1 just above it, -1 just below it."""
 Pair = tuple[Fraction, Fraction]  # a number and a multiple of an infinitely small positive one
 Multiplier = tuple[int, Fraction]
 """Which bound (2k: the lower, 2k + 1: the upper one of the k-th direction), how often."""
@@ -22,12 +26,12 @@ class Tableau:
     `rows[i][j]`: how often the nonbasic variable j is in the basic variable i.
     """
 
-    def __init__(self, region: Region) -> None:
-        directions = list(region.ends)
+    def __init__(self, ends: Directions) -> None:
+        directions = list(ends)
         place = {d: k for k, d in enumerate(directions)}
-        self.bounds = [_pairs(region.ends[d]) for d in directions]
+        self.bounds = [_pairs(ends[d]) for d in directions]
         self.rows = {
-            place[d]: {place[axis(v)]: q for v, q in d} for d in directions if len(d) > 1
+            place[d]: {place[((v, Fraction(1)),)]: q for v, q in d} for d in directions if len(d) > 1
         }  # an axis is its own direction
         self.values: list[Pair] = [low for low, _ in self.bounds]
         for i, row in self.rows.items():
@@ -85,7 +89,7 @@ class Tableau:
                 self.values[k] = self._sum(other)
         self.rows[j] = entered
 
-    def point(self, names: list[Terms], region: Region) -> dict[str, Fraction]:
+    def point(self, names: list[Terms]) -> dict[Any, Fraction]:
         """Rational values of the axes, the infinitely small number chosen small enough."""
         small = Fraction(1)
         for (q, e), (low, high) in zip(self.values, self.bounds, strict=True):
@@ -95,13 +99,13 @@ class Tableau:
         return {d[0][0]: self.values[k][0] + small * self.values[k][1] for k, d in enumerate(names) if len(d) == 1}
 
 
-def _pairs(ends: Ends) -> tuple[Pair, Pair]:
+def _pairs(ends: tuple[End, End]) -> tuple[Pair, Pair]:
     (low, above), (high, below) = ends
     return (low, Fraction(above)), (high, Fraction(below))
 
 
-def solve(region: Region) -> dict[str, Fraction] | list[Multiplier]:
+def solve(ends: Directions) -> dict[Any, Fraction] | list[Multiplier]:
     """A point of the region, or multipliers as a Farkas leaf has them."""
-    tableau = Tableau(region)
+    tableau = Tableau(ends)
     found = tableau.conflict()
-    return tableau.point(list(region.ends), region) if found is None else found
+    return tableau.point(list(ends)) if found is None else found

@@ -14,9 +14,10 @@ from math import floor
 from typing import Any
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
-from haverify.analyses.flow_record import Followed, flow_json, halves, record_name
+from haverify.analyses.flow_record import flow_json, halves, record_name
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.flowpipe import Stretch, flowpipe_json
 from haverify.evidence.run import Run
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.interval import Interval
@@ -27,8 +28,9 @@ from haverify.model.spec import Spec
 from haverify.obligations.constants import params_of
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
-from haverify.text.record import holder, record, replace
+from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, enclosed, flowpipe
+from haverify.text.record import field as kept
+from haverify.text.record import holder, record
 
 Q = Fraction
 Json = Any
@@ -58,7 +60,10 @@ class Asked:
 
 @holder
 class Question:
-    """A goal on a flow, compiled: the field, and the quantities of the four conditions in their order."""
+    """A goal on a flow, compiled: the field, and the quantities of the four conditions in their order.
+
+    `shown` are the flowpipes to draw, with their boxes: those that decide, or how far the first one came.
+    """
 
     model: FlowModel
     asked: Asked
@@ -68,6 +73,8 @@ class Question:
     limits: list[Pair]
     pieces: int = 0
     reached: Q | None = None
+    trouble: str = ""
+    shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
 
 
 def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
@@ -82,20 +89,22 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
         raise OutsideFragmentError("invariants of flows need a proof of induction, which this version does not have")
     goals = [_decide(model, claim, goal) for goal in claim.goals]
     verdict = _combined([g[0] for g in goals])
-    parts = tuple(PartResult(i, "flow", model.mode.name, "", t, v, r) for i, (v, _, r, t) in enumerate(goals))
+    shown = next((g[4] for g in goals if g[0] is verdict), goals[0][4])
+    parts = tuple(PartResult(i, "flow", model.mode.name, "", t, v, r) for i, (v, _, r, t, _) in enumerate(goals))
     if isinstance(verdict, Unknown):
-        return Evidence(verdict, parts, METHOD)
+        return Evidence(verdict, parts, METHOD, flowpipe=shown)
     known = hashes(spec, automaton, core)
     entries, cells = [], dict[str, Json]()
-    for number, (goal, (_, entry, _, _)) in enumerate(zip(claim.goals, goals, strict=True)):
+    for number, (goal, (_, entry, _, _, _)) in enumerate(zip(claim.goals, goals, strict=True)):
         digest = known.part(known.goal(claim, goal), "flow", model.mode.name, "")
         entries.append({**entry, "hash": digest} if entry else {})
         if "flow" in entry:
             name = entries[-1]["flow"] = record_name(claim.name, number)
             cells[name] = entry["flow"]
     word = "proved" if isinstance(verdict, Proved) else "refuted"
-    run = next((r for v, _, r, _ in goals if r is not None), None)
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), cells, run=run)
+    run = next((r for _, _, r, _, _ in goals if r is not None), None)
+    made = certificate(claim.name, word, entries, None)
+    return Evidence(verdict, parts, METHOD, made, cells, run=run, flowpipe=shown)
 
 
 def _combined(verdicts: Sequence[Verdict]) -> Verdict:
@@ -107,48 +116,64 @@ def _combined(verdicts: Sequence[Verdict]) -> Verdict:
     return Proved(min(margins, key=lambda m: m.low, default=None))
 
 
-def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
-    """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words."""
+def _decide(model: FlowModel, claim: Claim, goal: Goal) -> tuple[Verdict, Json, Run | None, str, Json]:
+    """The verdict on one goal, its entry in the certificate, the run that shows it, the part in words, its drawing."""
     question = _question(model, claim, goal)
+    return *_answered(question, goal), _drawing(question)
+
+
+def _drawing(question: Question) -> Json:
+    """The flowpipes to draw, None where there are none."""
+    mode = question.model.mode.name
+    stretches = []
+    for box, pipe in question.shown:
+        steps = [((s.start[0], s.end), _seen(question, s)) for s in pipe.segments]
+        stretches.append(Stretch(mode, 0, [_pair(*ends) for ends in box], steps))
+    return flowpipe_json(question.model.names, stretches) if stretches else None
+
+
+def _seen(question: Question, s: Segment) -> list[Pair]:
+    """The box of a step, cut where a variable was looked at more closely because the claim compares it."""
+    box = list(s.states)
+    for atom, (low, high) in zip(question.atoms, s.watched, strict=True):
+        left, right = atom.quantity.children if atom.quantity.op == "-" else (atom.quantity, None)
+        if left.op != "var" or (right is not None and right.op not in ("num", "scale", "const")):
+            continue
+        bound = 0.0 if right is None else float(question.model.values.number(right))
+        v = question.model.names.index(left.name)
+        box[v] = max(box[v][0], low + bound), min(box[v][1], high + bound)
+    return box
+
+
+def _answered(question: Question, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
     is_reach = goal.kind == "can_reach"
     start, run = _violating(question)
     if run is not None:
         text = "a run reaches it" if is_reach else "violated"
-        entry = {"kind": "flow_run", "run": run_json(run), **_recorded_run(question, run)}
+        given = {**dict(run.values), **dict(run.params), "time": Q(0)}
+        point = tuple((given[n], given[n]) for n in question.model.names)
+        entry = {"kind": "flow_run", "run": run_json(run), **_recorded(question, run.last, [point], [point])}
         return (Proved() if is_reach else Refuted(), entry, run, text)
     if start is None:
-        return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
+        return _without_start(question), {}, None, ""
     proof = _proved(question)
     if proof is None:
         return _undecided(question), {}, None, ""
-    entry = {"kind": "flowpipe", "start": _start_json(model, start), **_recorded(question, list(proof))}
+    model, last = question.model, question.asked.last
+    recorded = _recorded(question, last, model.boxes, list(proof))
+    entry = {"kind": "flowpipe", "start": _start_json(model, start), **recorded}
     pipes = list(proof.values())
     if is_reach:
         return Refuted(), entry, None, "never reached"
     return Proved(_margin(question, pipes)), entry, None, "holds along every flowpipe"
 
 
-def _recorded(question: Question, pieces: Sequence[Box]) -> Json:
+def _recorded(question: Question, until: Q, boxes: Sequence[Box], pieces: Sequence[Box]) -> Json:
     """What the second checker needs to show the same, if it can be recorded."""
-    model = question.model
-    followed = _followed(question, question.asked.last, _settings(question, pieces[0], is_point=False))
-    found = flow_json(model.automaton.name, followed, model.boxes, pieces)
+    is_point = all(low == high for low, high in pieces[0])
+    settings = _settings(question, pieces[0], is_point)
+    found = flow_json(question.model, question.field, max(until, INSTANT), boxes, pieces, settings)
     return {} if found is None else {"flow": found}
-
-
-def _recorded_run(question: Question, run: Run) -> Json:
-    """The same for one run."""
-    given = {**dict(run.values), **dict(run.params), "time": Q(0)}
-    box = tuple((given[n], given[n]) for n in question.model.names)
-    settings = _settings(question, box, is_point=True)
-    found = flow_json(question.model.automaton.name, _followed(question, run.last, settings), [box], [box])
-    return {} if found is None else {"flow": found}
-
-
-def _followed(question: Question, until: Q, settings: Settings) -> Followed:
-    model, horizon = question.model, max(until, INSTANT)
-    longer = replace(settings, longest=float(horizon) / 16)
-    return Followed(question.field, model.names, len(model.automaton.vars), horizon, longer)
 
 
 def _start_json(model: FlowModel, start: Sequence[Q]) -> Json:
@@ -159,10 +184,18 @@ def _start_json(model: FlowModel, start: Sequence[Q]) -> Json:
     return start_json(model.mode.name, dict(zip(model.names[:count], start[:count], strict=True)), {**params, **known})
 
 
+def _without_start(question: Question) -> Unknown:
+    if question.trouble:
+        return Unknown("budget", f"the flow could not be followed from any start that was tried: {question.trouble}")
+    return Unknown("vacuous", "no start was found that is certainly admissible")
+
+
 def _undecided(question: Question) -> Unknown:
     at = question.reached
     reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
-    reason = f"{question.pieces} flowpipes did not show it, and no run that violates it was found"
+    count = f"{question.pieces} flowpipes" if question.pieces > 1 else "a flowpipe"
+    reason = f"{count} did not show it, and no run that violates it was found"
+    reason += f"; the last one ended early: {question.trouble}" if question.trouble else ""
     return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
 
 
@@ -176,6 +209,8 @@ def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
     outputs = [watch.add(a.quantity) for a in atoms]
     limits = _limits(asked.claim)
     limits += [UNLIMITED] * (len(atoms) - len(limits))
+    for q in (asked.last, *(end for box in model.boxes for ends in box for end in ends)):
+        enclosed(q)
     return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
 
 
@@ -303,6 +338,7 @@ def _proved(question: Question) -> dict[Box, Pipe] | None:
             return None
         question.pieces += 1
         pipe = _pipe(question, box, _settings(question, box, is_point=False))
+        question.shown = question.shown or [(box, pipe)]
         undecided = _open(question, pipe)
         if undecided is None and not pipe.trouble:
             found[box] = pipe
@@ -311,13 +347,14 @@ def _proved(question: Question) -> dict[Box, Pipe] | None:
         if all(low == high for low, high in box):
             return None
         waiting += halves(box)[:0:-1]
+    question.shown = list(found.items())
     return found
 
 
 def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
     """How far it was shown: the least over the pieces that are open now."""
     end = undecided.start[0] if undecided is not None else pipe.segments[-1].end if pipe.segments else 0.0
-    question.reached = Q(end)
+    question.reached, question.trouble = Q(end), pipe.trouble
 
 
 def _violating(question: Question) -> tuple[tuple[Q, ...] | None, Run | None]:
@@ -350,7 +387,10 @@ def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None
             return number > 0, None
         low, high = max(Q(s.start[1]), first), min(Q(s.start[0]) + Q(s.length), last)
         if low <= high and claim is False:
+            question.shown = [(box, pipe)]
             return True, _simplest(low, high)
+    if not pipe.segments:
+        question.trouble = pipe.trouble
     return bool(pipe.segments), None
 
 

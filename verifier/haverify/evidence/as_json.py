@@ -32,6 +32,7 @@ def evidence_to(e: Evidence) -> dict[str, Any]:
         "notes": list(e.notes),
         "witness": [list(w) for w in e.witness],
         "trace": _trace_to(e.trace),
+        "flowpipe": e.flowpipe,
     }
 
 
@@ -54,6 +55,7 @@ def evidence_from(value: Any, cells: dict[str, dict[str, Any]]) -> Evidence:
             notes=_texts(value["notes"]),
             witness=tuple((_text(name), _text(given)) for name, given in value["witness"]),
             trace=_trace_from(value["trace"]),
+            flowpipe=_optional_dict(value["flowpipe"]),
         )
     except (KeyError, TypeError, AttributeError, ZeroDivisionError, IndexError) as e:
         raise ValueError(f"not an evidence: {e!r}") from e

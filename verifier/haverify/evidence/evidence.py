@@ -67,3 +67,4 @@ class Evidence:
     notes: tuple[str, ...] = ()
     witness: tuple[tuple[str, str], ...] = ()  # names and values that decide a claim without time
     trace: NetworkRun | None = None  # the run of a system
+    flowpipe: dict[str, Any] | None = None  # haverify.flowpipe/1, to be drawn; nothing rests on it

@@ -52,7 +52,7 @@ def _with_trust(verdict: Verdict, trust: Trust) -> Verdict:
 def _withdrawn(evidence: Evidence, verdict: Unknown) -> Evidence:
     """Nothing of a proposal that was not granted is shown as decided."""
     parts = tuple(_undecided(p, verdict) for p in evidence.parts)
-    return replace(evidence, verdict=verdict, parts=parts, certificate=None, run=None, rounding=None)
+    return replace(evidence, verdict=verdict, parts=parts, certificate=None, run=None, rounding=None, flowpipe=None)
 
 
 def _undecided(part: PartResult, verdict: Unknown) -> PartResult:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from math import factorial
 
 from haverify.maths.polynomial import NOUGHT, Monomial, Polynomial, constant, total, variable
+from haverify.obligations.formula import Formula, compare
 from haverify.text.record import field, holder
 
 ONE = constant(1)
@@ -60,3 +63,13 @@ class Functions:
         outer = {"sin": "cos", "cos": "sin", "exp": "exp"}[op]
         slope = self.apply(outer, a) * self.derivative(a, rates)
         return -slope if op == "cos" else slope
+
+    def series(self, name: str, terms: int) -> Formula:
+        """The bound of a function by the first terms of its series; of a sine, times its argument."""
+        op, a = self.known[name]
+        odd = op == "sin"
+        powers = range(terms) if op == "exp" else range(odd, 2 * terms + odd, 2)
+        signs = {k: 1 if op == "exp" else (-1) ** (k // 2) for k in powers}
+        partial = total([NOUGHT, *((a ** (k + odd)).scaled(Fraction(s, factorial(k))) for k, s in signs.items())])
+        value = variable(name) * a if odd else variable(name)
+        return compare("<=" if op != "exp" and terms % 2 else ">=", value - partial)

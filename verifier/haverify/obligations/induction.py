@@ -8,15 +8,15 @@ from functools import cached_property
 
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.claim import Claim, Goal
-from haverify.model.expression import Expr, nodes
+from haverify.model.expression import FALSE, TRUE, Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
-from haverify.obligations.formula import Formula, Junction, Literal, compare, conjunction, disjunction, literals
+from haverify.obligations.formula import Formula, compare, conjunction, literals
 from haverify.obligations.formula import negation as denied
 from haverify.obligations.functions import Functions
 from haverify.obligations.horizon import implied_end
-from haverify.obligations.parts import JUMPY, edge_names
+from haverify.obligations.parts import JUMPY, NEGATED, edge_names
 from haverify.obligations.premises import Premises, mapped
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError, Scope
@@ -25,6 +25,7 @@ from haverify.text.record import field, holder, record
 Q = Fraction
 Invariant = Mapping[str, Formula]  # a formula for each mode
 TIME, ONE = "time", constant(1)
+CLOSED = {"<": "<=", ">": ">="}
 
 
 @record
@@ -135,11 +136,12 @@ class Induction:
             self._scopes[mode] = found
         return found
 
-    def formula(self, e: Expr, mode: str, scope: Scope | None = None) -> Formula:
-        """A condition in a mode."""
+    def formula(self, e: Expr, mode: str, scope: Scope | None = None, *, is_closed: bool = False) -> Formula:
+        """A condition in a mode; `is_closed`: read as a closed set (LANGUAGE S6)."""
         if any(n.op == "der" for n in nodes(e)):
             raise OutsideFragmentError("`der` in a claim about a flow that is not clock-driven")
-        return (scope or self.scope(mode)).formula(residual(e, Situation(mode)))
+        known = scope or self.scope(mode)
+        return known.formula(_Reading(mode, known, is_closed).inward(residual(e, Situation(mode))))
 
     def aim(self, mode: str, scope: Scope | None = None) -> Formula:
         """What the goal claims in a mode."""
@@ -165,10 +167,12 @@ class Induction:
     def common(self, name: str, after: Mapping[str, Polynomial] | None = None) -> list[Formula]:
         """What holds in a mode, whatever the invariant: the domain, assumptions, invariants used, ranges."""
         scope = self.scope(name, after)
-        found = [closed(scope.formula(self.mode(name).domain))]
+        found = [self.formula(self.mode(name).domain, name, scope, is_closed=True)]
         if self.limit is not None and not self.claim.inductive:
             found.append(compare("<=", variable(TIME) - constant(self.limit)))
-        found += [self.formula(e, name, scope) for e in (*self.spec.assumptions, *self.claim.assume, *self.using)]
+        assumed = (*self.spec.assumptions, *self.claim.assume)
+        found += [denied(self.formula(Expr("not", (e,)), name, scope)) for e in assumed]
+        found += [self.formula(e, name, scope) for e in self.using]
         for v in self.automaton.vars:
             if v.type != "real":
                 low, high = self._type_range(v.type)
@@ -186,13 +190,13 @@ class Induction:
     def starts(self, init: Init, mode: str) -> list[Formula]:
         """What an init line says of a start in a mode."""
         scope = self.scope(mode)
-        given = [scope.formula(init.where)]
+        given = [self.formula(init.where, mode)]
         for a in init.assigns:
             value = variable(a.var)
             ends = [(">=", a.to.low), ("<=", a.to.high)] if isinstance(a.to, Range) else [("==", a.to)]
             given += [compare(op, value - scope.polynomial(e)) for op, e in ends]
         said = conjunction(given)
-        domain = closed(scope.formula(self.mode(mode).domain))
+        domain = self.formula(self.mode(mode).domain, mode, is_closed=True)
         bounded = set(self.functions.support(names_of(conjunction([said, domain]))))
         windows = [
             f for v in self.automaton.vars if v.type == "real" and v.name not in bounded for f in self.window(v.name)
@@ -222,7 +226,7 @@ class Induction:
         """What holds when an edge is taken: before, the guard, the chosen values, after."""
         edge = self.automaton.edges[k]
         scope = self.scope(edge.source)
-        guard = scope.formula(edge.guard)
+        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent)
         chosen: list[Formula] = []
         for a in edge.resets:
             if isinstance(a.to, Range):
@@ -230,7 +234,7 @@ class Induction:
                 chosen.append(compare(">=", value - scope.polynomial(a.to.low)))
                 chosen.append(compare("<=", value - scope.polynomial(a.to.high)))
         after = self.common(edge.target, self.landing(k))
-        return [*self.common(edge.source), closed(guard) if edge.urgent else guard, *chosen, *after]
+        return [*self.common(edge.source), guard, *chosen, *after]
 
     def lines(self) -> Iterator[tuple[Init, str, str]]:
         """Each init line with each mode it allows, and how this is called."""
@@ -263,10 +267,29 @@ def names_of(f: Formula) -> set[str]:
     return {v for leaf in literals(f) for v in leaf.polynomial.variables}
 
 
-def closed(f: Formula) -> Formula:
-    """A condition read as a closed set (LANGUAGE S6)."""
-    if isinstance(f, Literal):
-        return True if f.op == "!=" else Literal("<=" if f.op == "<" else f.op, f.polynomial)
-    if isinstance(f, Junction):
-        return (conjunction if f.is_and else disjunction)([closed(m) for m in f.members])
-    return f
+@record
+class _Reading:
+    """How conditions are read in a mode: negations inside of comparisons, these closed perhaps, truths unfolded."""
+
+    mode: str
+    scope: Scope
+    is_closed: bool
+
+    def inward(self, e: Expr, is_denied: bool = False) -> Expr:
+        """The condition, or its negation, as the checker reads it."""
+        if e.op == "not":
+            return self.inward(e.children[0], not is_denied)
+        if e.op == "implies":
+            premise, conclusion = e.children
+            return self.inward(Expr("or", (Expr("not", (premise,)), conclusion)), is_denied)
+        if e.op in ("and", "or"):
+            op = e.op if not is_denied else "or" if e.op == "and" else "and"
+            return Expr(op, tuple(self.inward(c, is_denied) for c in e.children))
+        if e.op == "let" and e.name in self.scope.lets:
+            return self.inward(residual(self.scope.lets[e.name][1], Situation(self.mode)), is_denied)
+        if e.op in ("true", "false"):
+            return e if not is_denied else FALSE if e.op == "true" else TRUE
+        if e.op not in NEGATED or self.scope.is_truth(e.children[0]):
+            raise OutsideFragmentError(f"`{e.op}` as a truth value in a claim about a flow")
+        op = NEGATED[e.op] if is_denied else e.op
+        return TRUE if self.is_closed and op == "!=" else Expr(CLOSED.get(op, op) if self.is_closed else op, e.args)

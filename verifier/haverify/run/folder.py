@@ -70,6 +70,11 @@ def certificate_file(claim: str) -> str:
     return f"certificates/{claim.replace('[', '(').replace(']', ')')}.json"
 
 
+def flowpipe_file(claim: str) -> str:
+    """The path of a claim's flowpipe, for its figures, in a report folder."""
+    return f"flowpipes/{claim.replace('[', '(').replace(']', ')')}.json"
+
+
 def obligation_file(claim: str) -> str:
     """The path of a claim's obligations in a report folder."""
     return f"obligations/{claim.replace('[', '(').replace(']', ')')}.txt"

@@ -1,4 +1,4 @@
-"""What a report folder holds for figures: its core, and the cells of its certificates."""
+"""What a report folder holds for figures: its core, the cells of its certificates, its flowpipes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,19 @@ _FILES = 100
 
 
 def material(folder: Path) -> Material:
-    """The core and the cells of a report folder; what is missing, too large or no JSON is left out."""
+    """The core, the cells and the flowpipes of a report folder; what is missing, too large or no JSON is left out."""
     cells: dict[str, Any] = {}
     for file in sorted((folder / "certificates" / "cells").glob("*.json"))[:_FILES]:
         found = _read(file, _CELLS)
         name = found.get("automaton")
         if isinstance(name, str) and (name not in cells or _reach(found) > _reach(cells[name])):
             cells[name] = found
-    return Material(_read(folder / "core.json", _CORE), cells)
+    flowpipes: dict[str, Any] = {}
+    for file in sorted((folder / "flowpipes").glob("*.json"))[:_FILES]:
+        found = _read(file, _CELLS)
+        if isinstance(found.get("claim"), str):
+            flowpipes[found["claim"]] = found
+    return Material(_read(folder / "core.json", _CORE), cells, flowpipes=flowpipes)
 
 
 def _reach(cells: dict[str, Any]) -> tuple[int, bool, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -28,7 +29,7 @@ from haverify.report.findings import finding
 from haverify.report.version import VERSION
 from haverify.run.decide import Decided, Plan, decide
 from haverify.run.examine import Examined, examine
-from haverify.run.folder import ReportFolder, certificate_file, obligation_file
+from haverify.run.folder import ReportFolder, certificate_file, flowpipe_file, obligation_file
 from haverify.run.keys import reproducibility
 from haverify.run.lockfile import refuted_text
 from haverify.run.page import page
@@ -229,6 +230,8 @@ def _kernel() -> str:
 def _write(folder: ReportFolder, r: report.Report, claims: Sequence[Claim], decided: Decided, use_cache: bool) -> None:
     for claim in claims:
         folder.add(obligation_file(claim.name), _obligations(claim, decided.evidence[claim.name]))
+        if (shown := decided.evidence[claim.name].flowpipe) is not None:
+            folder.add(flowpipe_file(claim.name), json.dumps({"claim": claim.name, **shown}, separators=(",", ":")))
     text = as_json(r)
     folder.add("report.json", text)
     folder.add("summary.md", as_markdown(r))

@@ -21,6 +21,7 @@ Listing = tuple[list[Operation], list[Pair], list[int]]
 _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
 _HIGHEST_POWER = 64
+_LARGEST = 2**1023
 
 
 @holder
@@ -138,7 +139,19 @@ def _expression(a: object) -> Expr:
 def _exact(e: Expr) -> Interval:
     if e.op == "pi":
         return _pi()
-    return Interval.at(Fraction(str(e.args[0])))
+    return enclosed(Fraction(str(e.args[0])))
+
+
+def enclosed(q: Fraction) -> Interval:
+    """The least interval around a number.
+
+    Raises
+    ------
+    OutsideFragmentError    if it is beyond the largest float
+    """
+    if abs(q) > _LARGEST:
+        raise OutsideFragmentError("a number beyond the largest float, 1.8e308")
+    return Interval.at(q)
 
 
 def _pi() -> Interval:
@@ -146,7 +159,7 @@ def _pi() -> Interval:
 
 
 def _scale(q: object, k: object) -> Interval:
-    return Interval.at(Fraction(str(q))) * _pi() ** int(str(k))
+    return enclosed(Fraction(str(q))) * _pi() ** int(str(k))
 
 
 @record

@@ -8,105 +8,169 @@
 
 use crate::fault::Fault;
 use crate::matrix::axes;
-use crate::models::{raised, Model, Space};
-use crate::series::Ring;
+use crate::models::{raised, Model, Space, UNIT};
 
 /// How many generators a variable has at most, and how many of them are left alone when the others are merged.
 const MOST: usize = 8;
 const KEPT: usize = 4;
 
-/// The generators; `generators[k][v]` is component `v` of the `k`-th, without radius.
+/// The generators: a matrix for each monomial, of one row for each variable and one column for each generator.
 #[derive(Debug, Clone)]
 pub struct Errors {
-    generators: Vec<Vec<Model>>,
+    variables: usize,
+    count: usize,
+    /// By monomial, variable and generator.
+    coefficients: Vec<f64>,
 }
 
 impl Errors {
     /// A box around zero, given by its radii.
     pub fn of_box(space: &Space, radii: &[f64]) -> Errors {
-        let mut errors = Errors { generators: Vec::new() };
-        errors.add_box(space, radii);
-        errors
+        Errors { variables: radii.len(), count: 0, coefficients: Vec::new() }.with_box(space, radii, &[])
     }
 
-    fn add_box(&mut self, space: &Space, radii: &[f64]) {
-        for (v, &radius) in radii.iter().enumerate().filter(|(_, r)| **r > 0.0) {
-            let mut generator = vec![space.zero(); radii.len()];
-            generator[v] = space.number(radius);
-            self.generators.push(generator);
+    fn row(&self, monomial: usize, variable: usize) -> &[f64] {
+        let from = (monomial * self.variables + variable) * self.count;
+        &self.coefficients[from..from + self.count]
+    }
+
+    /// These generators and more: a box, and columns of numbers.
+    fn with_box(&self, space: &Space, radii: &[f64], columns: &[Vec<f64>]) -> Errors {
+        let wide: Vec<usize> = (0..self.variables).filter(|&v| radii[v] > 0.0).collect();
+        let count = self.count + columns.len() + wide.len();
+        let mut coefficients = Vec::with_capacity(space.size() * self.variables * count);
+        for monomial in 0..space.size() {
+            for v in 0..self.variables {
+                coefficients.extend_from_slice(if self.count > 0 { self.row(monomial, v) } else { &[] });
+                let is_number = monomial == 0;
+                coefficients.extend(columns.iter().map(|c| if is_number { c[v] } else { 0.0 }));
+                coefficients.extend(wide.iter().map(|&w| if is_number && w == v { radii[v] } else { 0.0 }));
+            }
         }
+        Errors { variables: self.variables, count, coefficients }
     }
 
     /// The radii of a box around the set, for all `z`.
     pub fn radii(&self, variables: usize) -> Vec<f64> {
         let mut radii = vec![0.0; variables];
-        for generator in &self.generators {
-            for (radius, component) in radii.iter_mut().zip(generator) {
-                *radius += magnitude(component);
+        if self.count > 0 {
+            for (at, row) in self.coefficients.chunks(self.count).enumerate() {
+                radii[at % variables] += magnitude(row);
             }
         }
         radii.into_iter().map(|r| if r == 0.0 { 0.0 } else { raised(r) }).collect()
     }
 
+    /// The sums of magnitudes by degree, of each variable.
+    fn norms(&self, space: &Space) -> Vec<Vec<f64>> {
+        let mut norms = vec![vec![0.0; space.degree + 1]; self.variables];
+        for degree in 0..=space.degree {
+            for monomial in space.upto_degrees(degree)..space.upto_degrees(degree + 1) {
+                norms.iter_mut().enumerate().for_each(|(v, n)| n[degree] += magnitude(self.row(monomial, v)));
+            }
+        }
+        norms
+    }
+
     /// The set of `V(z) e + x` for `e` in the set and `x` in the box with these radii.
     pub fn moved(&self, space: &Space, v: &[Vec<Model>], radii: &[f64]) -> Result<Errors, Fault> {
-        let mut lost = radii.to_vec();
-        let mut generators = Vec::with_capacity(self.generators.len() + radii.len());
-        for generator in &self.generators {
-            let mut image = Vec::with_capacity(radii.len());
-            for (row, lost) in v.iter().zip(&mut lost) {
-                let mut sum = space.sum(row.iter().zip(generator).map(|(v, g)| (1.0, v, g)))?;
-                *lost = raised(*lost + sum.radius);
-                sum.radius = 0.0;
-                image.push(sum);
-            }
-            generators.push(image);
+        if self.count == 0 {
+            return Ok(self.with_box(space, radii, &[]));
         }
-        let mut errors = Errors { generators };
-        errors.add_box(space, &lost);
-        errors.reduced(space, radii.len())
+        let norms = self.norms(space);
+        let mut image = Errors { coefficients: vec![0.0; self.coefficients.len()], ..*self };
+        let mut lost = radii.to_vec();
+        for (i, row) in v.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                lost[i] += self.lost(space, entry, &norms[j]);
+                self.accumulate(space, entry, j, i, &mut image);
+            }
+        }
+        if lost.iter().chain(&image.coefficients).any(|x| !x.is_finite()) {
+            return Err(Fault::Overflow);
+        }
+        let lost: Vec<f64> = lost.into_iter().map(|l| if l == 0.0 { 0.0 } else { raised(l) }).collect();
+        image.with_box(space, &lost, &[]).reduced(space)
+    }
+
+    /// A bound of what the products of an entry with all generators, of these norms, lose: radius, degrees, rounding.
+    fn lost(&self, space: &Space, entry: &Model, norms: &[f64]) -> f64 {
+        let by_degree = |d: usize| magnitude(&entry.coefficients[space.upto_degrees(d)..space.upto_degrees(d + 1)]);
+        let (mut mass, mut dropped) = (0.0, 0.0);
+        for d in 0..=space.degree {
+            let share = by_degree(d);
+            mass += share;
+            dropped += share * norms[space.degree + 1 - d..].iter().sum::<f64>();
+        }
+        let terms = (self.variables * space.size() + 3) as f64;
+        let all: f64 = norms.iter().sum();
+        let lost = (entry.radius + UNIT * terms * mass) * all + dropped;
+        if lost == 0.0 && (mass == 0.0 || all == 0.0) {
+            0.0
+        } else {
+            raised(lost)
+        }
+    }
+
+    /// Add the product of an entry with component `from` of all generators to component `to`.
+    fn accumulate(&self, space: &Space, entry: &Model, from: usize, to: usize, image: &mut Errors) {
+        let n = self.variables;
+        for (i, &c) in entry.coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+            for (j, &at) in space.row(i).iter().enumerate() {
+                let sum = (at as usize * n + to) * self.count;
+                let terms = image.coefficients[sum..sum + self.count].iter_mut().zip(self.row(j, from));
+                terms.for_each(|(s, g)| *s += c * g);
+            }
+        }
+    }
+
+    /// Component by component, the polynomials of one generator: its number and a bound of how far it is from that.
+    fn generator(&self, space: &Space, k: usize) -> (Vec<f64>, Vec<f64>) {
+        let middles = (0..self.variables).map(|v| self.row(0, v)[k]).collect();
+        let spread = |v: usize| (1..space.size()).map(|m| self.row(m, v)[k].abs()).sum::<f64>();
+        (middles, (0..self.variables).map(|v| raised(spread(v))).collect())
     }
 
     /// The same set with few generators: the smallest are merged.
-    fn reduced(mut self, space: &Space, variables: usize) -> Result<Errors, Fault> {
-        if self.generators.len() <= MOST * variables {
+    fn reduced(self, space: &Space) -> Result<Errors, Fault> {
+        let n = self.variables;
+        if self.count <= MOST * n {
             return Ok(self);
         }
-        let mut sized: Vec<(f64, Vec<Model>)> =
-            self.generators.into_iter().map(|g| (g.iter().map(magnitude).sum(), g)).collect();
-        sized.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let small = sized.split_off(KEPT * variables);
-        self.generators = sized.into_iter().map(|(_, g)| g).collect();
-        let vectors: Vec<Vec<f64>> = small.iter().map(|(_, g)| g.iter().map(|m| m.coefficients[0]).collect()).collect();
-        let Some((columns, inverse)) = axes(&vectors, variables) else { return Err(Fault::Overflow) };
-        let mut widths = vec![0.0; variables];
-        for ((_, generator), vector) in small.iter().zip(&vectors) {
-            let spread: Vec<f64> = generator.iter().map(spread).collect();
-            let (middles, radii) = inverse.apply(vector, &spread);
-            for (width, (m, r)) in widths.iter_mut().zip(middles.iter().zip(&radii)) {
-                *width += m.abs() + r;
+        let mut sizes = vec![0.0; self.count];
+        self.coefficients.chunks(self.count).for_each(|row| sizes.iter_mut().zip(row).for_each(|(s, c)| *s += c.abs()));
+        let mut order: Vec<usize> = (0..self.count).collect();
+        order.sort_by(|&a, &b| sizes[b].total_cmp(&sizes[a]));
+        let small: Vec<(Vec<f64>, Vec<f64>)> = order[KEPT * n..].iter().map(|&k| self.generator(space, k)).collect();
+        let vectors: Vec<Vec<f64>> = small.iter().map(|(middles, _)| middles.clone()).collect();
+        let Some((mut columns, inverse)) = axes(&vectors, n) else { return Err(Fault::Overflow) };
+        let mut widths = vec![0.0; n];
+        for (vector, spread) in &small {
+            let (middles, radii) = inverse.apply(vector, spread);
+            widths.iter_mut().zip(middles.iter().zip(&radii)).for_each(|(width, (m, r))| *width += m.abs() + r);
+        }
+        let mut lost = vec![0.0; n];
+        for (column, width) in columns.iter_mut().zip(&widths) {
+            let width = raised(*width);
+            for (x, lost) in column.iter_mut().zip(&mut lost) {
+                *x *= width;
+                *lost += x.abs() * f64::EPSILON;
             }
         }
-        let mut lost = vec![0.0; variables];
-        for (column, width) in columns.iter().zip(&widths) {
-            let width = raised(*width);
-            let generator = column.iter().map(|x| space.number(x * width)).collect();
-            lost.iter_mut().zip(column).for_each(|(l, x)| *l += (x * width).abs() * f64::EPSILON);
-            self.generators.push(generator);
-        }
-        self.add_box(space, &lost.into_iter().map(raised).collect::<Vec<f64>>());
-        Ok(self)
+        let lost: Vec<f64> = lost.into_iter().map(raised).collect();
+        Ok(self.only(&order[..KEPT * n]).with_box(space, &lost, &columns))
+    }
+
+    fn only(&self, kept: &[usize]) -> Errors {
+        let rows = self.coefficients.chunks(self.count);
+        let coefficients = rows.flat_map(|row| kept.iter().map(|&k| row[k])).collect();
+        Errors { variables: self.variables, count: kept.len(), coefficients }
     }
 }
 
-/// A bound of a polynomial's magnitude, up to the rounding that callers of a sum of these allow for.
-fn magnitude(m: &Model) -> f64 {
-    m.coefficients.iter().map(|c| c.abs()).sum()
-}
-
-/// A bound of how far a polynomial is from its constant term.
-fn spread(m: &Model) -> f64 {
-    raised(m.coefficients[1..].iter().map(|c| c.abs()).sum())
+/// A bound of a sum of magnitudes, up to the rounding that callers allow for.
+fn magnitude(row: &[f64]) -> f64 {
+    row.iter().map(|c| c.abs()).sum()
 }
 
 #[cfg(test)]
@@ -115,10 +179,9 @@ mod tests {
 
     /// Support of the set along a direction at a point: how far it reaches.
     fn reach(errors: &Errors, space: &Space, z: f64, direction: [f64; 2]) -> f64 {
-        let at = |m: &Model| m.coefficients[0] + m.coefficients[1..].iter().map(|c| c * z).sum::<f64>();
-        let along = |g: &Vec<Model>| (at(&g[0]) * direction[0] + at(&g[1]) * direction[1]).abs();
-        assert_eq!(space.variables, 1);
-        errors.generators.iter().map(along).sum()
+        assert_eq!((space.variables, space.degree), (1, 1));
+        let at = |v: usize, k: usize| errors.row(0, v)[k] + errors.row(1, v)[k] * z;
+        (0..errors.count).map(|k| (at(0, k) * direction[0] + at(1, k) * direction[1]).abs()).sum()
     }
 
     #[test]
@@ -131,12 +194,10 @@ mod tests {
         let mut errors = Errors::of_box(&space, &[1e-3, 1e-5]);
         for step in 0..60 {
             let v = turn(0.99 * (0.1 * f64::from(step)).cos(), (0.1 * f64::from(step)).sin());
-            let mut all = errors.clone();
-            all.generators = all
-                .generators
-                .iter()
-                .map(|g| v.iter().map(|row| space.sum(row.iter().zip(g).map(|(a, b)| (1.0, a, b))).unwrap()).collect())
-                .collect();
+            let mut all = Errors { coefficients: vec![0.0; errors.coefficients.len()], ..errors };
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                errors.accumulate(&space, &v[i][j], j, i, &mut all);
+            }
             errors = errors.moved(&space, &v, &[1e-6, 1e-6]).expect("finite");
             for direction in [[1.0, 0.0], [0.0, 1.0], [0.6, -0.8], [0.8, 0.6]] {
                 for z in [-1.0, 0.0, 0.5, 1.0] {
@@ -145,7 +206,7 @@ mod tests {
                 }
             }
         }
-        assert!(errors.generators.len() <= MOST * 2 + 4);
+        assert!(errors.count <= MOST * 2 + 4);
     }
 
     #[test]

@@ -15,9 +15,12 @@ use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
 use crate::models::{Model, Space};
-use crate::series::{jacobian, solution, values, variations, Ring, Tape};
+use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
+use crate::sweep::Sweep;
+use std::cell::RefCell;
 use std::ops::{Add, Mul};
+use std::sync::Arc;
 
 /// How finely to compute; none of it decides whether a result is true.
 #[derive(Debug, Clone)]
@@ -96,6 +99,14 @@ pub(crate) struct Flow<'a> {
     linear: Space,
     centre: Vec<Model>,
     errors: Errors,
+    sweeps: RefCell<Sweeps>,
+}
+
+/// Room for the series that a step computes: of the set, over a tube, and of its start with errors.
+struct Sweeps {
+    series: Sweep,
+    tube: Sweep,
+    start: Sweep,
 }
 
 /// Follow the box `start` until the latest instant of `horizon`, or as far as it goes.
@@ -177,7 +188,13 @@ impl<'a> Flow<'a> {
         let radii: Vec<f64> = models.iter().map(|m| m.radius).collect();
         let centre = models.iter().map(|m| space.polynomial(m)).collect();
         let errors = Errors::of_box(&linear, &radii);
-        Flow { field, settings, space, linear, centre, errors }
+        let (whole, low) = (Arc::new(space.clone()), Arc::new(linear.clone()));
+        let sweeps = RefCell::new(Sweeps {
+            series: Sweep::new(&whole, field, settings.order, None),
+            tube: Sweep::new(&low, field, settings.order.max(VARIATION) + 1, Some(VARIATION + 1)),
+            start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
+        });
+        Flow { field, settings, space, linear, centre, errors, sweeps }
     }
 
     /// Take one step of at most `wanted` and record it; the instant after it and the length to try next.
@@ -209,7 +226,7 @@ impl<'a> Flow<'a> {
         let Settings { order, tolerance, .. } = *self.settings;
         // What is left before the horizon may be shorter than any step should be.
         let least_step = self.settings.least_step.min(wanted);
-        let series = solution(&self.space, self.field, &self.centre, order)?;
+        let series = self.series()?;
         let known: Vec<Vec<Interval>> = series.iter().map(|s| ranges(&self.space, s)).collect::<Result<_, _>>()?;
         let mut h = wanted;
         while h >= least_step {
@@ -244,10 +261,7 @@ impl<'a> Flow<'a> {
         let mut added: Vec<Interval> = guess.collect::<Result<_, _>>()?;
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
-            let tail = solution(&self.linear, self.field, &states, order + 1)?;
-            let lagrange: Vec<Interval> =
-                tail.iter().map(|s| self.linear.range(&s[order + 1])).collect::<Result<_, _>>()?;
-            let slopes = self.range_of(&jacobian(&self.linear, self.field, &states)?)?;
+            let (lagrange, slopes) = self.swept(&states)?;
             let moved = slopes.transition(span)?.bounds(&errors);
             let mut landed = Vec::with_capacity(motion.len());
             for v in 0..motion.len() {
@@ -262,14 +276,32 @@ impl<'a> Flow<'a> {
         Err(Fault::Step)
     }
 
+    /// The series from the set without its errors.
+    fn series(&self) -> Result<Vec<Vec<Model>>, Fault> {
+        let sweep = &mut self.sweeps.borrow_mut().series;
+        sweep.restart(&self.centre)?;
+        sweep.extend(self.settings.order)?;
+        Ok((0..self.centre.len()).map(|v| sweep.series(v, self.settings.order)).collect())
+    }
+
+    /// The coefficient after the last of the series, and the slopes of the field, from all states of a tube.
+    fn swept(&self, states: &[Model]) -> Result<(Vec<Interval>, Matrix), Fault> {
+        let (n, next) = (states.len(), self.settings.order + 1);
+        let sweep = &mut self.sweeps.borrow_mut().tube;
+        sweep.restart(states)?;
+        sweep.extend(next)?;
+        let lagrange = (0..n).map(|v| self.linear.range(&sweep.coefficient(v, next))).collect::<Result<_, _>>()?;
+        Ok((lagrange, Matrix::from_fn(n, |i, j| self.range_or_zero(sweep.rate_slope(i, j)?))?))
+    }
+
+    fn range_or_zero(&self, slope: Option<Model>) -> Enclosure {
+        slope.map_or(Ok(Interval::ZERO), |m| self.linear.range(&m))
+    }
+
     /// The set at the start of the step without its errors, of low degree, a box added to each of its points.
     fn around(&self, added: &[Interval]) -> Result<Vec<Model>, Fault> {
         let low = |(m, x): (&Model, &Interval)| self.linear.shifted(&self.space.lowered(m, &self.linear)?, *x);
         self.centre.iter().zip(added).map(low).collect()
-    }
-
-    fn range_of(&self, m: &[Vec<Model>]) -> Result<Matrix, Fault> {
-        Matrix::from_fn(m.len(), |i, j| self.linear.range(&m[i][j]))
     }
 
     /// How errors at the start of a step move to its end: what the slopes alone give, and where that would lose much,
@@ -297,13 +329,18 @@ impl<'a> Flow<'a> {
         let n = self.centre.len();
         let step = Interval::exactly(h)?;
         let errors: Vec<Interval> = radii.iter().map(|&r| Interval::symmetric(r)).collect::<Result<_, _>>()?;
-        let first = variations(&self.linear, self.field, &self.around(&errors)?, VARIATION)?;
-        let last = self.range_of(&variations(&self.linear, self.field, &tube.states, VARIATION + 1)?[VARIATION + 1])?;
+        let Sweeps { start, tube: during, .. } = &mut *self.sweeps.borrow_mut();
+        start.restart(&self.around(&errors)?)?;
+        start.extend_slopes(VARIATION)?;
+        during.restart(&tube.states)?;
+        during.extend_slopes(VARIATION + 1)?;
+        let last = Matrix::from_fn(n, |i, j| self.range_or_zero(during.slope_of(i, j, VARIATION + 1)))?;
         let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
         let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
         let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
         let entry = |i: usize, j: usize| {
-            let sum = self.linear.combination(first.iter().map(|m| &m[i][j]), &powers)?;
+            let first: Vec<Model> = (0..=VARIATION).map_while(|k| start.slope_of(i, j, k)).collect();
+            let sum = self.linear.combination(&first, &powers)?;
             self.linear.shifted(&sum, rest.entry(i, j)?)
         };
         (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()

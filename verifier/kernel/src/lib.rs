@@ -9,6 +9,7 @@
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
+pub mod arena;
 pub mod condition;
 pub mod crossing;
 pub mod elementary;
@@ -24,6 +25,8 @@ pub mod models;
 mod python;
 pub mod ratio;
 pub mod rounding;
+pub mod rules;
 pub mod series;
 pub mod sets;
+pub mod sweep;
 mod walk;

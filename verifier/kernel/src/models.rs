@@ -85,6 +85,20 @@ impl Space {
         self.exponents.len()
     }
 
+    /// How many monomials have fewer than this degree.
+    pub fn upto_degrees(&self, degrees: usize) -> usize {
+        if degrees == 0 {
+            0
+        } else {
+            self.upto[degrees - 1]
+        }
+    }
+
+    /// The positions of the products of monomial `i` with the first monomials, as far as they are of the space.
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.products[i]
+    }
+
     /// The position of a monomial of the space, given by its exponents.
     pub fn position(&self, exponents: &[u8]) -> usize {
         let degree: usize = exponents.iter().map(|&e| usize::from(e)).sum();

@@ -345,22 +345,22 @@ pub struct DualRing<'a, R: Ring> {
     pub variables: usize,
 }
 
+/// The derivative of a function, given its argument and its value.
+pub fn derivative<R: Ring>(ring: &R, f: Function, a: &R::Element, value: &R::Element) -> Result<R::Element, Fault> {
+    let one = Interval::exactly(1.0)?;
+    match f {
+        Function::Reciprocal => ring.scale(&ring.mul(value, value)?, one.neg()?),
+        Function::Sqrt => ring.scale(&ring.apply(Function::Reciprocal, value)?, Interval::exactly(0.5)?),
+        Function::Exp => Ok(value.clone()),
+        Function::Log => ring.apply(Function::Reciprocal, a),
+        Function::Sin => ring.apply(Function::Cos, a),
+        Function::Cos => ring.scale(&ring.apply(Function::Sin, a)?, one.neg()?),
+    }
+}
+
 impl<R: Ring> DualRing<'_, R> {
     fn each(&self, f: impl Fn(usize) -> Result<R::Element, Fault>) -> Result<Vec<R::Element>, Fault> {
         (0..self.variables).map(f).collect()
-    }
-
-    /// The derivative of a function, given its argument and its value.
-    fn derivative(&self, f: Function, a: &R::Element, value: &R::Element) -> Result<R::Element, Fault> {
-        let one = Interval::exactly(1.0)?;
-        match f {
-            Function::Reciprocal => self.base.scale(&self.base.mul(value, value)?, one.neg()?),
-            Function::Sqrt => self.base.scale(&self.base.apply(Function::Reciprocal, value)?, Interval::exactly(0.5)?),
-            Function::Exp => Ok(value.clone()),
-            Function::Log => self.base.apply(Function::Reciprocal, a),
-            Function::Sin => self.base.apply(Function::Cos, a),
-            Function::Cos => self.base.scale(&self.base.apply(Function::Sin, a)?, one.neg()?),
-        }
     }
 }
 
@@ -399,7 +399,7 @@ impl<R: Ring> Ring for DualRing<'_, R> {
 
     fn apply(&self, f: Function, a: &Self::Element) -> Result<Self::Element, Fault> {
         let value = self.base.apply(f, &a.value)?;
-        let by = self.derivative(f, &a.value, &value)?;
+        let by = derivative(self.base, f, &a.value, &value)?;
         let slope = self.each(|i| self.base.mul(&a.slope[i], &by))?;
         Ok(Dual { value, slope })
     }

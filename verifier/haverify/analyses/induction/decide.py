@@ -10,9 +10,11 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.induction.invented import invent
 from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.points import satisfying
-from haverify.analyses.induction.refute import Effort, refute
+from haverify.analyses.induction.prove import prove
+from haverify.analyses.induction.refute import Effort
 from haverify.evidence.certificate import certificate, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
@@ -27,6 +29,7 @@ from haverify.text.record import holder
 Q = Fraction
 Json = Any
 METHOD = "induction"
+SECONDS = 20.0  # for the search for an invariant
 
 
 @holder
@@ -75,26 +78,50 @@ def _goal(
     start = _start(induction)
     if start is None:
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
-    effort = Effort()
-    shown = next((s for f in candidates(induction) if (s := attempt(induction, f, effort)).is_proved()), None)
-    if shown is None:
-        shown = attempt(induction, {m.name: induction.aim(m.name) for m in automaton.modes}, effort)
+    shown = _shown(induction)
+    if not shown.is_proved():
         return _open(shown), {}, _parts(shown, number)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
     return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
+def _shown(induction: Induction) -> Shown:
+    """An invariant with all its proofs, or the claim itself with those that were found."""
+    for effort in (Effort(), Effort(is_deep=True)):
+        for formulas in candidates(induction):
+            shown = attempt(induction, formulas, effort)
+            if shown.is_proved():
+                return shown
+        found = None if induction.claim.inductive or effort.is_deep else _invented(induction)
+        if found is not None:
+            return found
+    return shown
+
+
 def candidates(induction: Induction) -> Iterator[Invariant]:
-    """Formulas that may be invariants: the goal itself."""
+    """Formulas that may be invariants: nothing beyond what is taken for granted, the goal itself."""
+    if not induction.claim.inductive:
+        yield {m.name: True for m in induction.automaton.modes}
     yield {m.name: primitive(induction.aim(m.name)) for m in induction.automaton.modes}
 
 
-def attempt(induction: Induction, formulas: Invariant, effort: Effort) -> Shown:
-    """A proof of each part, as far as they are found."""
+def _invented(induction: Induction) -> Shown | None:
+    """What was shown of an invariant that was found, if all of it."""
+    found = invent(induction, SECONDS)
+    if found is None:
+        return None
+    shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
+    return shown if shown.is_proved() else None
+
+
+def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Json = None) -> Shown:
+    """A proof of each part, as far as they are found; `flows` are those of flows that are known."""
     parts = []
     for ob in induction.parts(formulas):
         if ob.kept is None:
-            proof = refute(ob.premises, effort)
+            proof = prove(ob.premises, effort)
+        elif flows is not None and ob.mode in flows:
+            proof = flows[ob.mode]
         else:
             proof = Keeper(induction.field(ob.mode), effort, induction.functions, []).flow(ob.premises, ob.kept)
         parts.append((ob, proof))

@@ -1,70 +1,211 @@
-"""Identities that a glance finds: two premises whose multiples add up to a sum of even powers (proof `psatz`)."""
+"""Identities that a glance finds (proof `psatz`): two premises whose multiples add up to what is plainly not below 0.
+
+Plainly: products of linear premises and of even powers of other names, times polynomials in bounded names whose
+Bernstein coefficients are not below 0. Each Bernstein polynomial is a product of bounds, so that the identity is one
+of premises.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import product
+from math import comb, lcm, prod
 from typing import Any
 
+from haverify.maths.bernstein import tensor_coefficients
 from haverify.maths.digits import rational_text
-from haverify.maths.polynomial import Monomial, Polynomial
+from haverify.maths.polynomial import Monomial, Polynomial, variable
 from haverify.obligations.formula import Formula, Literal
 from haverify.obligations.functions import factors
+from haverify.text.record import record
 
 Q = Fraction
 Json = Any
+MOST_PRODUCTS = 400
+
+
+@record
+class Bound:
+    """Entry `place` says `scale * (v - end) >= 0` of a name v; below 0 the scale is that of an upper bound."""
+
+    place: int
+    end: Q
+    scale: Q
+
+
+Bounds = dict[str, tuple[Bound, Bound]]
+Part = tuple[int, Literal, Q]
+
+
+@record
+class Frame:
+    """Coordinates: names with two bounds, and linear premises in place of names, as `name = linear in coordinates`."""
+
+    strict: frozenset[int]  # the places of strict inequalities
+    ends: Bounds
+    forms: dict[str, int]  # a coordinate and the place of the premise that it is
+    values: dict[str, Polynomial]  # what replaced names are in coordinates
 
 
 def glance(entries: Sequence[Formula]) -> Json | None:
-    """A proof from one premise or two, None where there is none of this kind."""
+    """A proof from one premise or two and from linear ones, None where there is none of this kind."""
     leaves = [(i, f) for i, f in enumerate(entries) if isinstance(f, Literal) and f.op in ("<", "<=", "==")]
-    for i, f in leaves:
-        for sign in (-1, 1) if f.op == "==" else (-1,):
-            found = _proof([(i, f, Q(sign))])
+    strict = frozenset(i for i, f in leaves if f.op == "<")
+    frames = [Frame(strict, bounds_of(leaves), {}, {})]
+    frames += [f for f in (_frame(leaves, frames[0]),) if f.forms]
+    for parts in _combinations(leaves):
+        for frame in frames:
+            found = _proof(parts, frame)
             if found is not None:
                 return found
+    return None
+
+
+def _frame(leaves: list[tuple[int, Literal]], plain: Frame) -> Frame:
+    """Linear premises in place of names without two bounds, the last premises first."""
+    values: dict[str, Polynomial] = {}
+    forms: dict[str, int] = {}
+    for i, f in reversed(leaves):
+        g = -f.polynomial.substitute(values)
+        free = [v for v in g.variables if v not in plain.ends and v not in forms]
+        if f.op == "==" or f.polynomial.total_degree() != 1 or not free:
+            continue
+        v, name = free[0], f"@{i}"
+        slope = g.terms[((v, 1),)]
+        value = (variable(name) - (g - variable(v).scaled(slope))).scaled(1 / slope)
+        values = {n: p.substitute({v: value}) for n, p in values.items()} | {v: value}
+        forms[name] = i
+    return Frame(plain.strict, plain.ends, forms, values)
+
+
+def _combinations(leaves: list[tuple[int, Literal]]) -> Iterator[list[Part]]:
+    for i, f in leaves:
+        for sign in (-1, 1) if f.op == "==" else (-1,):
+            yield [(i, f, Q(sign))]
     for i, f in leaves:
         for j, g in leaves:
             if i != j and g.op != "==":
                 for a in _ratios(f.polynomial, g.polynomial):
                     if f.op == "==" or a > 0:
-                        found = _proof([(i, f, -a), (j, g, Q(-1))])
-                        if found is not None:
-                            return found
-    return None
+                        yield [(i, f, -a), (j, g, Q(-1))]
 
 
 def _ratios(p: Polynomial, q: Polynomial) -> Iterator[Q]:
-    """Numbers a for which `a p + q` has no term with one of the first monomials of q that are no squares."""
+    """Numbers a for which `a p + q` lacks one of the monomials of both."""
     seen = set[Q]()
     for m, c in q.terms.items():
         if m and m in p.terms:
             a = -c / p.terms[m]
-            if a and a not in seen:
+            if a not in seen:
                 seen.add(a)
                 yield a
         if len(seen) > 3:
             return
 
 
-def _proof(parts: list[tuple[int, Literal, Q]]) -> Json | None:
-    """Premises times numbers (at most 0 for inequalities) and even powers that add up to 0 and are above it."""
-    rest: dict[Monomial, Q] = {}
-    for _, f, q in parts:
-        for m, c in f.polynomial.terms.items():
-            rest[m] = rest.get(m, Q(0)) - q * c
-    if any(c < 0 or any(e % 2 for _, e in m) for m, c in rest.items() if c):
+def bounds_of(leaves: list[tuple[int, Literal]]) -> Bounds:
+    """The tightest bounds that single inequalities give to names, of names with a lower and an upper one."""
+    low: dict[str, Bound] = {}
+    high: dict[str, Bound] = {}
+    for i, f in leaves:
+        p = f.polynomial
+        if f.op != "==" and len(p.variables) == 1 and p.total_degree() == 1:
+            (v,) = p.variables
+            slope = p.terms[((v, 1),)]
+            b = Bound(i, -p.terms.get((), Q(0)) / slope, -slope)
+            if slope > 0 and (v not in high or b.end < high[v].end):
+                high[v] = b
+            elif slope < 0 and (v not in low or b.end > low[v].end):
+                low[v] = b
+    return {v: (low[v], high[v]) for v in low.keys() & high.keys() if low[v].end < high[v].end}
+
+
+def _proof(parts: list[Part], frame: Frame) -> Json | None:
+    """Premises times numbers (at most 0 for inequalities) and what is plainly not below 0 that add up to 0."""
+    groups = _groups(parts, frame)
+    if groups is None:
         return None
     strict = next(((i, -q) for i, f, q in parts if f.op == "<" and q < 0), None)
-    above = rest.pop((), Q(0))
-    if not above and strict is None:
+    products: list[tuple[Q, tuple[str, ...], list[int]]] = []
+    above = Q(0)
+    for outer, inner in groups.items():
+        found = _products(inner, frame.ends)
+        if found is None:
+            return None
+        if not outer and strict is None:
+            above = min((c for c, _, _ in found), default=Q(0))
+            inner[()] = inner.get((), Q(0)) - above
+            found = _products(inner, frame.ends) or []
+        root = factors(tuple((v, e // 2) for v, e in outer if v not in frame.forms))
+        linear = [frame.forms[v] for v, e in outer if v in frame.forms for _ in range(e)]
+        products += [(w, root, [*places, *linear]) for _, w, places in found if w]
+    last = _last(strict, above, products, frame)
+    if last is None:
         return None
-    squares: list[Json] = [[rational_text(-q), [i]] for i, f, q in parts if f.op != "==" and (above or i != strict[0])]  # type: ignore[index]
-    squares += [[[[rational_text(c), [["1", *_root(m)]]]], []] for m, c in rest.items() if c]
+    squares = [[rational_text(-q), [i]] for i, f, q in parts if f.op != "==" and (strict is None or i != strict[0])]
+    squares += [[[[rational_text(w), [["1", *root]]]], places] for w, root, places in products]
     equal = [[i, [[rational_text(q)]]] for i, f, q in parts if f.op == "=="]
-    last = [rational_text(above), []] if above else [rational_text(strict[1]), [strict[0]]]  # type: ignore[index]
     return ["psatz", squares, equal, last]
 
 
-def _root(m: Monomial) -> tuple[str, ...]:
-    return factors(tuple((v, e // 2) for v, e in m))
+def _last(
+    strict: tuple[int, Q] | None, above: Q, products: list[tuple[Q, tuple[str, ...], list[int]]], frame: Frame
+) -> Json | None:
+    """What is above 0 in the identity: a strict premise, a number, or a product of strict premises, taken away."""
+    if strict is not None:
+        return [rational_text(strict[1]), [strict[0]]]
+    if above:
+        return [rational_text(above), []]
+    k = next((k for k, (_, root, places) in enumerate(products) if not root and frame.strict.issuperset(places)), None)
+    if k is None:
+        return None
+    w, _, places = products.pop(k)
+    return [rational_text(w), places]
+
+
+def _groups(parts: list[Part], frame: Frame) -> dict[Monomial, dict[Monomial, Q]] | None:
+    """Minus the sum of the parts in coordinates, by what has no two bounds; None where that is no square."""
+    rest: dict[Monomial, Q] = {}
+    for _, f, q in parts:
+        for m, c in f.polynomial.substitute(frame.values).terms.items():
+            rest[m] = rest.get(m, Q(0)) - q * c
+    groups: dict[Monomial, dict[Monomial, Q]] = {}
+    for m, c in rest.items():
+        if c:
+            outer = tuple(x for x in m if x[0] not in frame.ends)
+            if any(e % 2 for v, e in outer if v not in frame.forms):
+                return None
+            groups.setdefault(outer, {})[tuple(x for x in m if x[0] in frame.ends)] = c
+    groups.setdefault((), {})
+    return groups
+
+
+def _products(inner: dict[Monomial, Q], ends: Bounds) -> list[tuple[Q, Q, list[int]]] | None:
+    """A polynomial in bounded names as Bernstein coefficients, each with a weight and the bounds to multiply by it."""
+    p = _polynomial(inner)
+    names = p.variables
+    if not names:
+        value = p.constant or Q(0)
+        return None if value < 0 else [(value, value, [])]
+    degrees = [p.degree(v) for v in names]
+    if prod(d + 1 for d in degrees) > MOST_PRODUCTS:
+        return None
+    box = {v: (ends[v][0].end, ends[v][1].end) for v in names}
+    flat, divisor = tensor_coefficients(p, names, box)
+    found = []
+    for c, powers in zip(flat, product(*(range(d + 1) for d in degrees)), strict=True):
+        if c < 0:
+            return None
+        weight, places = Q(c, divisor), list[int]()
+        for v, j, d in zip(names, powers, degrees, strict=True):
+            low, high = ends[v]
+            weight *= comb(d, j) / ((high.end - low.end) ** d * low.scale**j * (-high.scale) ** (d - j))
+            places += [low.place] * j + [high.place] * (d - j)
+        found.append((Q(c, divisor), weight, places))
+    return found
+
+
+def _polynomial(terms: dict[Monomial, Q]) -> Polynomial:
+    unit = lcm(*(c.denominator for c in terms.values()))
+    return Polynomial({m: int(c * unit) for m, c in terms.items() if c}, unit)

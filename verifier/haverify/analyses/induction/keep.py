@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.induction.prove import prove, rule_for
 from haverify.analyses.induction.refute import Effort, refute
-from haverify.maths.polynomial import NOUGHT, Polynomial
+from haverify.maths.polynomial import NOUGHT, Polynomial, constant
 from haverify.obligations.formula import Formula, Junction, Literal, compare, literal, literals, negation
 from haverify.obligations.functions import Functions, factors
 from haverify.obligations.premises import Premises, formula_json, members, polynomial_json, primitive, whole
@@ -14,6 +16,7 @@ from haverify.text.record import holder
 Json = Any
 Rates = dict[str, Polynomial]
 MOST_BRANCHES = 8
+COFACTORS = (Fraction(0), Fraction(1), Fraction(-1))
 
 
 @holder
@@ -57,11 +60,11 @@ class Keeper:
             cuts.append(cut)
             known = known.with_(f)
             waiting = [g for g in waiting if g not in members(f, is_and=True)]
-        end = refute(known.with_(negation(wanted)), self.effort)
+        end = prove(known.with_(negation(wanted)), self.effort)
         return None if end is None else {"cuts": cuts, "end": end}
 
     def _cut(self, known: Premises, start: list[Formula], f: Formula, rule: Json) -> Json | None:
-        begins = "t" if rule and rule["rule"] == "always" else refute(known.with_(*start, negation(f)), self.effort)
+        begins = "t" if rule and rule["rule"] == "always" else prove(known.with_(*start, negation(f)), self.effort)
         return None if begins is None else {"formula": formula_json(f), "start": begins, "keep": rule}
 
     def _rule(self, known: Premises, f: Formula) -> Json | None:
@@ -71,7 +74,8 @@ class Keeper:
             return {"rule": "always", "proof": proof}
         if not isinstance(f, Literal):
             return self._still(f)
-        return self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
+        found = self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
+        return found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
 
     def _slope(self, p: Polynomial) -> Polynomial:
         return self.functions.derivative(p, self.rates)
@@ -90,8 +94,11 @@ class Keeper:
             return None
         p = whole(f.polynomial)
         side = compare(">" if f.op == "<=" else "<", p)
-        proof = refute(known.with_(side, compare(">", self._slope(p))), self.effort)
-        return None if proof is None else {"rule": "growth", "cofactor": [], "band": None, "proof": proof}
+        for c in COFACTORS:
+            proof = refute(known.with_(side, compare(">", self._slope(p) - p.scaled(c))), self.effort)
+            if proof is not None:
+                return {"rule": "growth", "cofactor": polynomial_json(constant(c)), "band": None, "proof": proof}
+        return None
 
     def _barrier(self, known: Premises, f: Literal) -> Json | None:
         found = self._together(known, [f]) if f.op in ("<", "<=") else None
@@ -107,7 +114,7 @@ class Keeper:
             assert isinstance(f, Literal)
             p = f.polynomial
             others = [compare("<=", g.polynomial) for i, g in enumerate(leaves) if i != j and isinstance(g, Literal)]
-            proof = refute(known.with_(*others, compare("==", p), compare(">=", self._slope(p))), self.effort)
+            proof = prove(known.with_(*others, compare("==", p), compare(">=", self._slope(p))), self.effort)
             if proof is None:
                 return None
             proofs.append(proof)

@@ -9,6 +9,7 @@ from haverify.analyses.induction.identities import glance
 from haverify.analyses.induction.signs import absurd
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Junction, Literal
+from haverify.obligations.induction import names_of
 from haverify.obligations.premises import Premises, formula_json
 from haverify.text.record import record
 
@@ -17,10 +18,11 @@ Json = Any
 
 @record
 class Effort:
-    """How much may be tried: leaves of one tree of boxes, cases of disjunctions."""
+    """How much may be tried: leaves of one tree of boxes, cases of disjunctions; `is_deep`: programs as well."""
 
     leaves: int = 200
     cases: int = 64
+    is_deep: bool = False
 
 
 def refute(premises: Premises, effort: Effort) -> Json | None:
@@ -37,7 +39,22 @@ def refute(premises: Premises, effort: Effort) -> Json | None:
         inner = refute(premises.with_(pinned), effort)
         return None if inner is None else ["cut", formula_json(pinned), inner, "t"]
     found = glance(premises.entries)
-    return found if found is not None else _cases(premises, effort) or on_boxes(premises, effort.leaves)
+    return found or _cases(premises, effort) or on_boxes(premises, effort.leaves) or _with_series(premises, effort)
+
+
+def _with_series(premises: Premises, effort: Effort) -> Json | None:
+    """The same with the first bounds of the series of functions, where there are new ones."""
+    told = premises
+    steps: list[tuple[str, int]] = []
+    for name in sorted({n for f in premises.entries for n in names_of(f) if n in premises.functions.known}):
+        for n in (2,) if name.startswith("exp") else (1, 2):
+            more = told.with_(premises.functions.series(name, n))
+            steps += [(name, n)] if len(more.entries) > len(told.entries) else []
+            told = more
+    proof = glance(told.entries) if steps else None
+    for name, n in reversed(steps):
+        proof = proof and ["fact", "series", name, n, proof]
+    return proof
 
 
 def solvable(premises: Premises) -> tuple[int, str, Polynomial] | None:

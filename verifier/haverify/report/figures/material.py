@@ -16,7 +16,7 @@ class Undrawable(Exception):
 
 @record
 class Material:
-    """`core.json` and, by automaton, `certificates/cells/*.json`; both may be missing or foreign.
+    """`core.json`, by automaton `certificates/cells/*.json`, by claim `flowpipes/*.json`; may be missing or foreign.
 
     Figures illustrate. They are drawn from rounded numbers and nothing rests on them.
     """
@@ -26,6 +26,7 @@ class Material:
     scopes: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)  # what is computed once
     points: dict[tuple[str, str], Any] = field(default_factory=dict, compare=False)
     index: dict[str, dict[str, Json]] = field(default_factory=dict, compare=False)
+    flowpipes: dict[str, Json] = field(default_factory=dict)
     figures: dict[str, list[Figure]] = field(default_factory=dict, compare=False)  # by what they are of
 
     def drawn_once(self, of: str, draw: Callable[[], list[Figure]]) -> list[Figure]:

@@ -1,0 +1,46 @@
+"""Invariants found for one mode: cuts of `analyses.synthesis` as a formula and the proof that the flow keeps it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from haverify.obligations.formula import Formula, conjunction
+from haverify.obligations.induction import Induction
+from haverify.obligations.premises import formula_json
+from haverify.text.record import record
+
+Json = Any
+
+
+@record
+class Invented:
+    """A formula for the mode, and a FLOW that keeps it."""
+
+    mode: str
+    formula: Formula
+    flow: Json
+
+
+def invent(induction: Induction, seconds: float) -> Invented | None:
+    """Cuts that hold at all starts, are kept and imply the goal, where the automaton has one mode and no edges.
+
+    Flows with functions are not looked at: what the search does not know as moving it takes for constant.
+    """
+    modes = induction.automaton.modes
+    if len(modes) != 1 or induction.automaton.edges or induction.functions.known:
+        return None
+    from haverify.analyses.synthesis.saturate import invent as saturate
+    from haverify.analyses.synthesis.system import System
+
+    mode = modes[0].name
+    common = induction.common(mode)
+    starts = tuple(induction.premises(*common, *induction.starts(line, m)) for line, m, _ in induction.lines())
+    system = System(induction.premises(*common), starts, induction.aim(mode), induction.field(mode))
+    try:
+        cuts = saturate(system, seconds)
+    except OverflowError:  # a number beyond the floats in which candidates are sampled
+        return None
+    if cuts is None:
+        return None
+    told = [{"formula": formula_json(conjunction(cut.literals)), "start": "t", "keep": cut.rule} for cut in cuts]
+    return Invented(mode, conjunction(q for cut in cuts for q in cut.literals), {"cuts": told, "end": "t"})

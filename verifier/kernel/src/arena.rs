@@ -1,0 +1,224 @@
+//! Polynomials in numbered places of one block of floats, so that sums of products need no memory of their own.
+//!
+//! The arithmetic is that of `models`: a place stands for a Taylor model, with the same bounds of what is rounded and
+//! dropped. Beside its coefficients a place knows its sums of magnitudes by degree and how many degrees it has, so that
+//! zeros, numbers and low degrees cost little. Coefficients beyond those degrees are zero, whatever the block holds.
+
+use crate::fault::Fault;
+use crate::interval::Interval;
+use crate::models::{raised, Model, Space, UNIT};
+use std::sync::Arc;
+
+/// A weighted product of two places.
+pub type Product = (f64, usize, usize);
+
+/// What is known of a place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Head {
+    radius: f64,
+    /// The sum of all magnitudes, rounded up.
+    whole: f64,
+    /// How many degrees it has: zero for no polynomial at all, one for a number.
+    degrees: usize,
+}
+
+impl Head {
+    fn is_zero(&self) -> bool {
+        self.degrees == 0 && self.radius == 0.0
+    }
+}
+
+pub struct Arena {
+    space: Arc<Space>,
+    heads: Vec<Head>,
+    /// `degree + 1` sums of magnitudes for each place.
+    norms: Vec<f64>,
+    coefficients: Vec<f64>,
+    /// Where a sum grows before it is put in its place.
+    sum: Vec<f64>,
+}
+
+impl Arena {
+    /// Places that are all zero.
+    pub fn new(space: Arc<Space>, places: usize) -> Arena {
+        let (size, degrees) = (space.size(), space.degree + 1);
+        Arena {
+            heads: vec![Head::default(); places],
+            norms: vec![0.0; places * degrees],
+            coefficients: vec![0.0; places * size],
+            sum: vec![0.0; size],
+            space,
+        }
+    }
+
+    /// Make every place zero.
+    pub fn clear(&mut self) {
+        self.heads.fill(Head::default());
+    }
+
+    fn count(&self, at: usize) -> usize {
+        self.space.upto_degrees(self.heads[at].degrees)
+    }
+
+    fn polynomial(&self, at: usize) -> &[f64] {
+        let from = at * self.space.size();
+        &self.coefficients[from..from + self.count(at)]
+    }
+
+    fn norms(&self, at: usize) -> &[f64] {
+        let width = self.space.degree + 1;
+        &self.norms[at * width..at * width + self.heads[at].degrees]
+    }
+
+    pub fn model(&self, at: usize) -> Model {
+        let mut model = self.space.zero();
+        let known = self.polynomial(at);
+        model.coefficients[..known.len()].copy_from_slice(known);
+        model.radius = self.heads[at].radius;
+        model
+    }
+
+    pub fn set(&mut self, at: usize, model: &Model) -> Result<(), Fault> {
+        self.sum.copy_from_slice(&model.coefficients);
+        self.settle(at, self.space.degree + 1, model.radius)
+    }
+
+    /// Put what was summed in its place, of at most so many degrees.
+    fn settle(&mut self, at: usize, degrees: usize, radius: f64) -> Result<(), Fault> {
+        let size = self.space.size();
+        let count = self.space.upto_degrees(degrees);
+        self.coefficients[at * size..at * size + count].copy_from_slice(&self.sum[..count]);
+        let width = self.space.degree + 1;
+        let mut head = Head { radius, whole: 0.0, degrees: 0 };
+        let mut from = 0;
+        for d in 0..degrees {
+            let to = self.space.upto_degrees(d + 1);
+            let sum: f64 = self.sum[from..to].iter().map(|c| c.abs()).sum();
+            let norm = if sum == 0.0 { 0.0 } else { raised(sum) };
+            self.norms[at * width + d] = norm;
+            if sum != 0.0 {
+                head.degrees = d + 1;
+            }
+            head.whole += norm;
+            from = to;
+        }
+        self.heads[at] = head;
+        // A coefficient that left the floats makes its sum infinite or no number.
+        if head.whole.is_finite() && radius.is_finite() {
+            Ok(())
+        } else {
+            Err(Fault::Overflow)
+        }
+    }
+
+    /// `at = a + sign * b` for a sign of one or minus one.
+    pub fn combine(&mut self, at: usize, a: usize, b: usize, sign: f64) -> Result<(), Fault> {
+        let (x, y) = (self.heads[a], self.heads[b]);
+        let degrees = x.degrees.max(y.degrees);
+        let size = self.space.size();
+        let (m, n) = (self.count(a), self.count(b));
+        let sum = &mut self.sum[..m.max(n)];
+        sum.fill(0.0);
+        sum[..m].copy_from_slice(&self.coefficients[a * size..a * size + m]);
+        let mut mass = 0.0;
+        for (s, c) in sum.iter_mut().zip(&self.coefficients[b * size..b * size + n]) {
+            let exact = *s == 0.0 || *c == 0.0;
+            *s += sign * c;
+            mass += if exact { 0.0 } else { s.abs() };
+        }
+        self.settle(at, degrees, bound(x.radius + y.radius, 2.0 * UNIT * mass))
+    }
+
+    /// `at = a`.
+    pub fn copy(&mut self, at: usize, a: usize) -> Result<(), Fault> {
+        let (size, count) = (self.space.size(), self.count(a));
+        self.sum[..count].copy_from_slice(&self.coefficients[a * size..a * size + count]);
+        self.settle(at, self.heads[a].degrees, self.heads[a].radius)
+    }
+
+    /// `at = by * a`.
+    pub fn scale(&mut self, at: usize, a: usize, by: Interval) -> Result<(), Fault> {
+        let x = self.heads[a];
+        if x.is_zero() {
+            self.heads[at] = x;
+            return Ok(());
+        }
+        let middle = by.midpoint();
+        let half = (by.high() - middle).max(middle - by.low());
+        let (size, count) = (self.space.size(), self.count(a));
+        for (s, c) in self.sum.iter_mut().zip(&self.coefficients[a * size..a * size + count]) {
+            *s = middle * c;
+        }
+        let rounding = raised(UNIT * 2.0 * middle.abs() * x.whole);
+        let radius = raised(raised(half) * x.whole + by.norm() * x.radius + rounding);
+        self.settle(at, x.degrees, radius)
+    }
+
+    /// `at` becomes the sum of the weighted products; weights are not negative.
+    pub fn sum(&mut self, at: usize, products: &[Product]) -> Result<(), Fault> {
+        let top = self.space.degree + 1;
+        let (mut degrees, mut radius, mut mass, mut count) = (0, 0.0, 0.0, 0usize);
+        for &(weight, a, b) in products {
+            let (x, y) = (self.heads[a], self.heads[b]);
+            if x.is_zero() || y.is_zero() {
+                continue;
+            }
+            radius += weight * ((x.whole + x.radius) * y.radius + x.radius * y.whole);
+            count += 3;
+            if x.degrees == 0 || y.degrees == 0 {
+                continue;
+            }
+            let reached = (x.degrees + y.degrees - 1).min(top);
+            if reached > degrees {
+                let (from, to) = (self.space.upto_degrees(degrees), self.space.upto_degrees(reached));
+                self.sum[from..to].fill(0.0);
+                degrees = reached;
+            }
+            radius += weight * self.dropped(a, b);
+            mass += weight * x.whole * y.whole;
+            count += self.count(a).min(self.count(b));
+            let (few, many) = if x.degrees <= y.degrees { (a, b) } else { (b, a) };
+            self.accumulate(few, many, weight);
+        }
+        if count == 0 {
+            self.heads[at] = Head::default();
+            return Ok(());
+        }
+        self.settle(at, degrees, raised(raised(radius) + raised(UNIT * count as f64 * mass)))
+    }
+
+    /// What a product has beyond the degree of the space.
+    fn dropped(&self, a: usize, b: usize) -> f64 {
+        let (x, y) = (self.norms(a), self.norms(b));
+        let beyond = |d: usize| y.iter().skip(self.space.degree + 1 - d).sum::<f64>();
+        if x.len() + y.len() <= self.space.degree + 2 {
+            return 0.0;
+        }
+        x.iter().enumerate().map(|(d, p)| if *p > 0.0 { p * beyond(d) } else { 0.0 }).sum()
+    }
+
+    fn accumulate(&mut self, few: usize, many: usize, weight: f64) {
+        let size = self.space.size();
+        let x = &self.coefficients[few * size..few * size + self.count(few)];
+        let y = &self.coefficients[many * size..many * size + self.count(many)];
+        let first = weight * x[0];
+        if first != 0.0 {
+            self.sum.iter_mut().zip(y).for_each(|(s, d)| *s += first * d);
+        }
+        for (i, c) in x.iter().enumerate().skip(1).filter(|(_, c)| **c != 0.0) {
+            let c = c * weight;
+            for (&at, d) in self.space.row(i).iter().zip(y) {
+                self.sum[at as usize] += c * d;
+            }
+        }
+    }
+}
+
+/// The sum of two nonnegative bounds, zero only if both are.
+fn bound(a: f64, b: f64) -> f64 {
+    if a == 0.0 && b == 0.0 {
+        0.0
+    } else {
+        raised(raised(a) + raised(b))
+    }
+}
