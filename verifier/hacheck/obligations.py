@@ -143,7 +143,7 @@ class Question:
         kind, aim = entry["kind"], self.goal["kind"]
         if kind == "cells" and aim in ("always", "can_reach"):
             return self._cells(entry, aim == "always")
-        if kind == "invariant":
+        if kind in ("invariant", "start"):
             from hacheck.invariants import shown
 
             return shown(self, entry)

@@ -133,7 +133,12 @@ def test_what_is_left_open(decided: Decide, text: str, claim: str, words: str) -
 
 
 def test_a_claim_shown_up_to_some_instant_says_so(decided: Decide) -> None:
-    found = decided(ESCAPE, "property p on A { within 2; always x >= 0 }").verdict
+    text = (
+        ESCAPE.replace("x' = x^2", "x' = x^2; y' = sin(y)")
+        .replace("var x", "var x, y")
+        .replace("x == 1", "x == 1 and y == 1")
+    )
+    found = decided(text, "property p on A { within 2; always y <= 3.1 }").verdict
     assert isinstance(found, Unknown)
     assert "0.99" in found.reached
 

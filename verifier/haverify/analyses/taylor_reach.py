@@ -394,6 +394,16 @@ def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None
     return bool(pipe.segments), None
 
 
+def violating_from(model: FlowModel, claim: Claim, goal: Goal, point: Sequence[Q]) -> Q | None:
+    """An instant at which the run from a point (in the order of the model's names) certainly violates an `always` goal.
+
+    Raises
+    ------
+    OutsideFragmentError    if the goal is none that flowpipes speak of
+    """
+    return _violated_at(_question(model, claim, goal), point)[1]
+
+
 def _simplest(low: Q, high: Q) -> Q:
     """The number of fewest decimal places between two."""
     places = 0
