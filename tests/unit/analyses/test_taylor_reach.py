@@ -110,14 +110,8 @@ def test_a_margin_is_bounded_from_both_sides(spec_of: Callable[[str], Spec]) -> 
     ("text", "claim", "words"),
     [
         (VAN_DER_POL, "always y <= 2.75", "within"),
-        (VAN_DER_POL, "reach x <= -2 within 7", "reach"),
         (ONE.format("flow { x' in [-x, x] }"), "within 1; always x <= 9", "inclusion"),
         (ONE.format("terminal; flow { x' = x }"), "always during [1, 2] x >= 2.7", "terminal"),
-        (
-            ONE.format("flow { x' = x }; edge e: -> R when x >= 2 do x := 1"),
-            "within 1; always x <= 9",
-            "jump",
-        ),
         (
             "automaton A { var x; init R where x in [0, 1] and x * x < 0; mode R { flow { x' = x } } }",
             "within 1; always x <= 9",

@@ -37,6 +37,8 @@ Json = Any
 METHOD = "taylor-reach"
 PIECES = 512  # boxes looked at for one claim, at most
 STEPS = 2000
+WORK = 24_000  # steps of all of them together; one in more than `FEW` variables counts as several
+FEW = 7
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 LOOKS = 64  # a step is at most this part of the horizon, so that what is watched is seen that closely
 UNLIMITED = (-1e300, 1e300)
@@ -72,6 +74,7 @@ class Question:
     atoms: list[Atom]
     limits: list[Pair]
     pieces: int = 0
+    work: Q = Q(0)
     reached: Q | None = None
     trouble: str = ""
     shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
@@ -334,10 +337,11 @@ def _proved(question: Question) -> dict[Box, Pipe] | None:
     found: dict[Box, Pipe] = {}
     while waiting:
         box = waiting.pop()
-        if question.pieces >= PIECES:
+        if question.pieces >= PIECES or question.work >= WORK:
             return None
         question.pieces += 1
         pipe = _pipe(question, box, _settings(question, box, is_point=False))
+        question.work += len(pipe.segments) * max(Q(1), Q(len(box), FEW) ** 2)
         question.shown = question.shown or [(box, pipe)]
         undecided = _open(question, pipe)
         if undecided is None and not pipe.trouble:

@@ -88,6 +88,8 @@ pub(crate) struct Step {
     series: Vec<Vec<Model>>,
     tube: Tube,
     transition: Vec<Vec<Model>>,
+    /// Bounds of what the errors at its start are at any of its instants.
+    moved: Vec<f64>,
 }
 
 /// A set on its way along a field.
@@ -175,6 +177,11 @@ impl Step {
         self.tube.lagrange[v]
     }
 
+    /// Bounds of what the errors at the start of the step are at any instant of it.
+    pub(crate) fn moved(&self, v: usize) -> f64 {
+        self.moved[v]
+    }
+
     pub(crate) fn order(&self) -> usize {
         self.series[0].len() - 1
     }
@@ -241,8 +248,10 @@ impl<'a> Flow<'a> {
                 continue;
             }
             let transition = self.transition(&tube, h)?;
+            let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
+            let moved = along.bounds(&self.errors.radii(self.centre.len()));
             return Ok((
-                Step { h, series, tube, transition },
+                Step { h, series, tube, transition, moved },
                 (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step),
             ));
         }
@@ -351,19 +360,15 @@ impl<'a> Flow<'a> {
         let order = self.settings.order;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
         let last = t.powi(order as i32 + 1)?;
-        let along = step.tube.slopes.transition(t.hull(Interval::ZERO)?)?;
-        let moved = along.bounds(&self.errors.radii(self.centre.len()));
         let state = |v: usize| {
             let model = self.space.combination(&step.series[v], &powers)?;
-            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(moved[v])?)?)
+            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.moved[v])?)?)
         };
         (0..step.series.len()).map(state).collect()
     }
 
-    /// Bounds of what the errors at the start of the step are at any instant of it.
-    pub(crate) fn moved_errors(&self, step: &Step) -> Result<Vec<f64>, Fault> {
-        let along = step.tube.slopes.transition(Interval::new(0.0, step.h)?)?;
-        Ok(along.bounds(&self.errors.radii(self.centre.len())))
+    pub(crate) fn settings(&self) -> &'a Settings {
+        self.settings
     }
 
     pub(crate) fn field(&self) -> &Tape {

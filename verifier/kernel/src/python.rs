@@ -5,7 +5,7 @@ use crate::environment::guarded;
 use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
-use crate::hybrid::{reach as follow, Budget, Edge, Guard, Judgement, Mode, Stretch, Until};
+use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Until};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::ratio;
@@ -159,8 +159,10 @@ fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
             claim: condition(&mut claim.iter(), 0)?,
         })
     };
+    let field = tape(field, variables)?;
     Ok(Mode {
-        field: tape(field, variables)?,
+        paced: paced(&field)?,
+        field,
         watch: tape(watch, variables)?,
         domain: guard(domain)?,
         claim: condition(&mut claim.iter(), 0)?,
@@ -320,7 +322,7 @@ mod _kernel {
     fn reach(
         py: Python<'_>,
         modes: Vec<ModeListing>,
-        start: (usize, Vec<Pair>),
+        start: (usize, Vec<Pair>, Comparisons),
         horizon: f64,
         until: &str,
         order_degree_steps_depth: (usize, usize, usize, u32),
@@ -340,7 +342,8 @@ mod _kernel {
             };
             let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;
             let budget = Budget { jumps, stretches, cuts };
-            follow(&given, (start.0, &intervals(&start.1)?), horizon, until, &settings, &budget)
+            let start = Start { mode: start.0, sides: intervals(&start.1)?, known: guard(&start.2)? };
+            follow(&given, &start, horizon, until, &settings, &budget)
         };
         let found = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
         Ok(found.iter().map(stretch_row).collect())
