@@ -1,13 +1,13 @@
 """Expressions of one mode as a list of operations, their derivatives, their values over models, their truth.
 
-A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`. Dwelling only:
-nothing has just happened.
+A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any
 
 from hacheck import elementary
@@ -23,13 +23,17 @@ FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "abs"}
 
 
 class Tape:
-    """Operations, each after those it uses; equal ones are one."""
+    """Operations, each after those it uses; equal ones are one.
 
-    def __init__(self, scope: Scope, mode: str) -> None:
-        self.scope, self.mode = scope, mode
+    They speak of an instant while dwelling in a mode, or of one just after an edge into it: then a variable x before
+    the jump has the name `pre x`.
+    """
+
+    def __init__(self, scope: Scope, mode: str, edge: Json = None) -> None:
+        self.scope, self.mode, self.edge, self.prefix = scope, mode, edge, ""
         self.ops: list[Op] = []
         self._known: dict[Op, int] = {}
-        self._values: dict[int, tuple[Json, int]] = {}
+        self._values: dict[tuple[int, str], tuple[Json, int]] = {}
         self._slopes: dict[tuple[int, str], int] = {}
         self._used: dict[tuple[int, ...], list[int]] = {}
 
@@ -46,9 +50,10 @@ class Tape:
 
     def value(self, e: Json) -> int:
         """The place of an expression's value."""
-        if id(e) not in self._values:
-            self._values[id(e)] = e, self._value(e)  # e is kept, so that its id is not given away
-        return self._values[id(e)][1]
+        key = id(e), self.prefix
+        if key not in self._values:
+            self._values[key] = e, self._value(e)  # e is kept, so that its id is not given away
+        return self._values[key][1]
 
     def _value(self, e: Json) -> int:
         if isinstance(e, str):
@@ -57,7 +62,7 @@ class Tape:
             raise Beyond("a truth where a number is needed")
         op, args = e[0], e[1:]
         if op in ("var", "param") and args[0] in (self.scope.types if op == "var" else self.scope.ranges):
-            return self.put("name", args[0])
+            return self.put("name", (self.prefix if op == "var" else "") + args[0])
         if op in ("time", "pi"):
             return self.put("name", op)
         if op == "const":
@@ -65,7 +70,7 @@ class Tape:
         if op == "let":
             return self.value(self.scope.let(self.mode, args[0])["expr"])
         if op == "pre":
-            return self.value(args[0])
+            return int(self._before(lambda: self.value(args[0])))
         if op == "scale":
             pi = self._power(self.put("name", "pi"), args[1])
             return self.put("*", self.put("*", self._number(number(args[0])), pi), self.value(args[2]))
@@ -75,6 +80,16 @@ class Tape:
                 raise Beyond("a power whose exponent is no integer")
             return self._power(self.value(args[0]), int(q))
         return self._operation(op, [self.value(a) for a in args])
+
+    def _before(self, found: Callable[[], Any]) -> Any:
+        """What is found for the instant before the jump, if one was just made."""
+        if self.edge is None or self.prefix:
+            return found()
+        mode, self.mode, self.prefix = self.mode, self.edge["source"], "pre "
+        try:
+            return found()
+        finally:
+            self.mode, self.prefix = mode, ""
 
     def _operation(self, op: str, args: list[int]) -> int:
         if op == "neg":
@@ -128,10 +143,12 @@ class Tape:
             op = NEGATED[op] if neg else op
             place = self._operation("-", [self.value(a) for a in args])
             return (CLOSED.get(op, op) if closed else op, place) if (op, closed) != ("!=", True) else True
-        if op in ("at", "jump", "jumped"):
-            return (op == "at" and args[0] == self.mode) is not neg
+        if op == "at":
+            return (args[0] == self.mode) is not neg
+        if op in ("jump", "jumped"):
+            return (self.edge is not None and (op == "jumped" or args[0] == self.edge["name"])) is not neg
         if op == "pre":
-            return self.truth(args[0], neg, closed)
+            return self._before(lambda: self.truth(args[0], neg, closed))
         if op in ("let", "const"):
             found = self.scope.let(self.mode, args[0])["expr"] if op == "let" else self.scope.definition(args[0])
             return self.truth(found, neg, closed)
@@ -218,15 +235,15 @@ _FUNCTIONS = {
 }  # fmt: skip
 
 
-def holds(f: Truth, values: Mapping[int, Model]) -> bool | None:
-    """Is a condition true for all values, for none (False), or is neither known?"""
+def holds(f: Truth, values: Mapping[int, Model], known: Mapping[int, int] = MappingProxyType({})) -> bool | None:
+    """Is a condition true for all values, for none (False), or is neither known? Some values have known signs."""
     if isinstance(f, bool):
         return f
     if f[0] in ("and", "or"):
-        found = [holds(g, values) for g in f[1:]]
+        found = [holds(g, values, known) for g in f[1:]]
         decisive = f[0] == "or"
         return decisive if decisive in found else None if None in found else not decisive
-    low, high = bounds(values[f[1]])
+    low, high = (known[f[1]],) * 2 if f[1] in known else bounds(values[f[1]])
     return _signs(f[0], low, high)
 
 
