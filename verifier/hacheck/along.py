@@ -10,14 +10,14 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hacheck.crossings import Crossing, borders, crossed, during
+from hacheck.crossings import Crossing, borders, crossed, during, rate
 from hacheck.enclosures import Model, bounds, exponents, middle
 from hacheck.expressions import nodes
 from hacheck.flow_starts import FlowStarts
 from hacheck.formula import conj
 from hacheck.rational import Beyond, Refused, number, spend
 from hacheck.records import Ends, Here, Record, whole
-from hacheck.tapes import Tape, Truth, holds, places
+from hacheck.tapes import UNKNOWN, Known, Tape, Truth, closed_bounds, holds, literals, places
 from hacheck.tubes import Field
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Json = Any
 States = dict[str, Model]
-CLOSE = 14  # how often a step is cut in halves
+CLOSE, FEW = 14, 6  # how often a step is cut in halves
 HALF = {-1: ((0, 1), (1, 1)), 0: ((-1, 1), (1, 1))}  # (a + b x) / 2 for the halves of [0, 1] and [-1, 1]
 
 
@@ -38,6 +38,7 @@ class Rules(NamedTuple):
     window: Truth
     guards: dict[int, Truth]
     read: list[int]
+    inside: Known  # what the domain says while a run is in it
 
 
 class Along:
@@ -68,7 +69,7 @@ class Along:
             domain = tape.truth(self.scope.modes[mode]["domain"], closed=True)
             guards = {k: tape.truth(edges[k]["guard"], closed=edges[k]["urgent"]) for k in self.model.leaving[mode]}
             read = places(("and", claim, domain, window, *guards.values()))
-            self._rules[mode] = Rules(field, claim, domain, window, guards, read)
+            self._rules[mode] = Rules(field, claim, domain, window, guards, read, closed_bounds(domain))
         return self._rules[mode]
 
     def _window(self, tape: Tape) -> Truth:
@@ -85,9 +86,36 @@ class Along:
             self.shown(tree["low"], mode, {**box, tree["split"]: (low, middle)})
             self.shown(tree["high"], mode, {**box, tree["split"]: (middle, high)})
             return
-        self._stretch(tree, self.record.start(mode, box), self.record.params(box))
+        self._stretch(tree, self.record.start(mode, box), self.record.params(box), self._touching(mode, box))
 
-    def _stretch(self, node: Json, here: Here, params: Mapping[str, Model]) -> None:
+    def _touching(self, mode: str, box: Mapping[str, Ends]) -> list[tuple[int, bool]]:
+        """Quantities of claim and window that keep their bound at the start exactly; is it an upper one?"""
+        r = self.rules(mode)
+        sides = {**box, "time": (Fraction(0), Fraction(0))}
+        found = []
+        for op, place in literals(("and", r.claim, r.window)):
+            ends = r.field.tape.exactly(place, sides) if op in ("<=", ">=") else None
+            if ends is not None and (ends[1] <= 0 if op == "<=" else ends[0] >= 0):
+                found.append((place, op == "<="))
+        return found
+
+    def _held(self, mode: str, states: States, touching: list[tuple[int, bool]]) -> Known:
+        """Those of them that move away from their bound, or along it, during the whole first step."""
+        r, found = self.rules(mode), dict(UNKNOWN)
+        for place, is_upper in touching:
+            moves = rate(r.field, place)
+            if moves is None or self._close(states, partial(self._moves, mode, moves, is_upper), FEW):
+                found[place] = (None, 0) if is_upper else (0, None)
+        return found
+
+    def _moves(self, mode: str, moves: int, is_upper: bool, states: States) -> bool:
+        r = self.rules(mode)
+        values = r.field.tape.values([moves, *r.read], states, self.space)
+        away = holds(("<=" if is_upper else ">=", moves), values, r.inside)
+        return away is True or holds(r.domain, values) is False
+
+    def _stretch(self, node: Json, here: Here, params: Mapping[str, Model],
+                 touching: list[tuple[int, bool]] | None = None) -> None:  # fmt: skip
         """The claim holds along the steps of a stretch, up to the horizon or to jumps, and along what follows."""
         steps, jumps = list(node["steps"]), node.get("jumps")
         for n, step in enumerate(steps):
@@ -95,7 +123,8 @@ class Along:
             if jumps is not None and n == len(steps) - 1:
                 self._leave(here.mode, states, h, jumps, params)
                 return
-            self._need(self._close(states, partial(self._fits, here.mode, {}), CLOSE), states)
+            known = self._held(here.mode, states, touching or []) if not n else UNKNOWN
+            self._need(self._close(states, partial(self._fits, here.mode, known), CLOSE), states)
             if self._is_late(after.time, inclusive=True):
                 return
             here = after
@@ -114,7 +143,7 @@ class Along:
     def _is_early(self, time: Model) -> bool:
         return Fraction(bounds(time)[1], self.space.one) < self.first
 
-    def _fits(self, mode: str, known: Mapping[int, int], states: States) -> bool:
+    def _fits(self, mode: str, held: Known, states: States) -> bool:
         """No run is here, or the claim holds, the declared ranges are kept and no jump is possible."""
         if self._is_late(states["time"]):
             return True
@@ -122,7 +151,8 @@ class Along:
         values = r.field.tape.values(r.read, states, self.space)
         if holds(r.domain, values) is False:
             return True
-        fits = holds(r.window, values) and (self._is_early(states["time"]) or holds(r.claim, values))
+        known = {**r.inside, **held}
+        fits = holds(r.window, values, known) and (self._is_early(states["time"]) or holds(r.claim, values, known))
         return fits is True and all(holds(g, values, known) is False for g in r.guards.values())
 
     def _close(self, states: States, fits: Callable[[States], bool], depth: int) -> bool:
@@ -165,9 +195,9 @@ class Along:
         one = self.space.one
         if found.since:
             early = during(self.space, states, 0, found.since)
-            self._need(self._close(early, partial(self._fits, mode, {}), CLOSE), early)
+            self._need(self._close(early, partial(self._fits, mode, UNKNOWN), CLOSE), early)
         late = during(self.space, states, found.since, one - found.since)
-        inside = {found.place: -found.sign}
+        inside: Known = {found.place: (None, -1) if found.sign > 0 else (1, None)}
         self._need(self._close(late, partial(self._fits, mode, inside), CLOSE), late)
 
     def _jumps(self, mode: str, found: Crossing, jumps: list[Json], params: Mapping[str, Model]) -> None:
@@ -175,7 +205,7 @@ class Along:
         r, given = self.rules(mode), {whole(j["edge"], 0, 10**6): j for j in jumps}
         values = r.field.tape.values(r.read, found.states, self.space)
         for k, guard in r.guards.items():
-            if holds(guard, values, {found.place: 0}) is False or self._is_late(found.states["time"]):
+            if holds(guard, values, {found.place: (0, 0)}) is False or self._is_late(found.states["time"]):
                 continue
             tape, after = self._landing(k, found.states)
             target = self.model.edges[k]["target"]
@@ -235,7 +265,9 @@ class Along:
 
     def _upto(self, states: States, begun: Model, h: Model, last: Fraction, only: bool) -> States:
         """The states up to an instant, or at that instant alone, of a step that begins at an exact one."""
-        share = self.space.number((last - Fraction(bounds(begun)[0], self.space.one)) / Fraction(middle(h), self.space.one))
+        share = self.space.number(
+            (last - Fraction(bounds(begun)[0], self.space.one)) / Fraction(middle(h), self.space.one)
+        )
         part = share if only else self.space.mul(share, Model({1: {0: self.space.one}}, 0))
         return {v: self.space.replaced(m, -1, part) for v, m in states.items()}
 

@@ -42,7 +42,7 @@ def crossed(field: Field, place: int, sign: int, states: States, h: Model) -> Cr
     space, tape = field.fine, field.tape
     if sign_at(tape, place, during(space, states, space.one, 0), space) != sign:
         return None
-    moves = _rate(field, place)
+    moves = rate(field, place)
     if moves is None:
         return None
     for k in LATEST:
@@ -66,11 +66,11 @@ def sign_at(tape: Tape, place: int, states: States, space: Space) -> int:
     return 1 if low > 0 else -1 if high < 0 else 0
 
 
-def _rate(field: Field, place: int) -> int | None:
+def rate(field: Field, place: int) -> int | None:
     """The place of a quantity's derivative along the flow; None where it does not move."""
     tape, rates = field.tape, [*field.rates, field.tape.put("number", 1)]
-    terms = [(tape.slope(place, v), rate) for v, rate in zip([*field.names, "time"], rates, strict=True)]
-    found = [tape.put("*", s, rate) for s, rate in terms if s is not None]
+    terms = [(tape.slope(place, v), moved) for v, moved in zip([*field.names, "time"], rates, strict=True)]
+    found = [tape.times(s, moved) for s, moved in terms if s is not None]
     if not found:
         return None
     out = found[0]

@@ -5,7 +5,7 @@ A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `val
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +19,8 @@ from hacheck.scope import Scope
 Json = Any
 Op = tuple[Any, ...]
 Truth = Any
+Known = Mapping[int, tuple[int | None, int | None]]  # bounds of the values at some places
+UNKNOWN: Known = MappingProxyType({})
 FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "abs"}
 
 
@@ -94,6 +96,8 @@ class Tape:
     def _operation(self, op: str, args: list[int]) -> int:
         if op == "neg":
             return self.put("*", self._number(-1), args[0])
+        if op == "-" and self.ops[args[1]] == ("number", 0):
+            return args[0]
         if op == "-":
             return self.put("+", args[0], self._operation("neg", args[1:]))
         if op == "/":
@@ -174,11 +178,12 @@ class Tape:
             found = [s for s in inner if s >= 0]
             return None if not found else found[0] if len(found) == 1 else self.put("+", *found)
         if op == "*":
-            found = [self._times(s, other) for s, other in zip(inner, reversed(args), strict=True) if s >= 0]
+            found = [self.times(s, other) for s, other in zip(inner, reversed(args), strict=True) if s >= 0]
             return None if not found else found[0] if len(found) == 1 else self.put("+", *found)
-        return None if inner[0] < 0 else self._times(inner[0], self._outer(op, args[0], i))
+        return None if inner[0] < 0 else self.times(inner[0], self._outer(op, args[0], i))
 
-    def _times(self, a: int, b: int) -> int:
+    def times(self, a: int, b: int) -> int:
+        """The place of a product."""
         one = self._number(1)
         return b if a == one else a if b == one else self.put("*", a, b)
 
@@ -205,6 +210,19 @@ class Tape:
                 waiting += new
             self._used[places] = sorted(found)
         return self._used[places]
+
+    def exactly(self, place: int, sides: Mapping[str, tuple[Fraction, Fraction]]) -> tuple[Fraction, Fraction] | None:
+        """The exact range of a sum of multiples of names over a box, by interval arithmetic; None for other forms."""
+        found: dict[int, tuple[Fraction, Fraction]] = {}
+        for i in self.used((place,)):
+            op, *args = self.ops[i]
+            if op == "number" or (op == "name" and args[0] in sides):
+                found[i] = (args[0], args[0]) if op == "number" else sides[args[0]]
+            elif op in ("+", "*") and all(a in found for a in args):
+                (a, b), (c, d) = (found[k] for k in args)
+                ends = (a + c, b + d) if op == "+" else (a * c, a * d, b * c, b * d)
+                found[i] = min(ends), max(ends)
+        return found.get(place)
 
     def values(self, places: Iterable[int], env: Mapping[str, Model], space: Space) -> dict[int, Model]:
         """The values of operations, and of all they need, over models of the variables, params and time."""
@@ -235,16 +253,17 @@ _FUNCTIONS = {
 }  # fmt: skip
 
 
-def holds(f: Truth, values: Mapping[int, Model], known: Mapping[int, int] = MappingProxyType({})) -> bool | None:
-    """Is a condition true for all values, for none (False), or is neither known? Some values have known signs."""
+def holds(f: Truth, values: Mapping[int, Model], known: Known = UNKNOWN) -> bool | None:
+    """Is a condition true for all values, for none (False), or is neither known? Some values have known bounds."""
     if isinstance(f, bool):
         return f
     if f[0] in ("and", "or"):
         found = [holds(g, values, known) for g in f[1:]]
         decisive = f[0] == "or"
         return decisive if decisive in found else None if None in found else not decisive
-    low, high = (known[f[1]],) * 2 if f[1] in known else bounds(values[f[1]])
-    return _signs(f[0], low, high)
+    low, high = bounds(values[f[1]])
+    least, most = known.get(f[1], (None, None))
+    return _signs(f[0], low if least is None else max(low, least), high if most is None else min(high, most))
 
 
 def _signs(op: str, low: int, high: int) -> bool | None:
@@ -256,6 +275,19 @@ def _signs(op: str, low: int, high: int) -> bool | None:
     return True if high < 0 or (op == "<=" and high == 0) else False if low > 0 or (op == "<" and low == 0) else None
 
 
+def closed_bounds(f: Truth) -> dict[int, tuple[int | None, int | None]]:
+    """What a condition, read as closed, says of values by themselves."""
+    members = f[1:] if not isinstance(f, bool) and f[0] == "and" else (f,)
+    ends = {"<": (None, 0), "<=": (None, 0), ">": (0, None), ">=": (0, None), "==": (0, 0)}
+    return {g[1]: ends[g[0]] for g in members if not isinstance(g, bool) and g[0] in ends}
+
+
+def literals(f: Truth) -> Iterator[tuple[str, int]]:
+    """All comparisons of a condition with zero."""
+    if not isinstance(f, bool):
+        yield from (x for g in f[1:] for x in literals(g)) if f[0] in ("and", "or") else (f,)
+
+
 def places(f: Truth) -> list[int]:
     """The operations that a condition reads."""
-    return [] if isinstance(f, bool) else [p for g in f[1:] for p in places(g)] if f[0] in ("and", "or") else [f[1]]
+    return [place for _, place in literals(f)]

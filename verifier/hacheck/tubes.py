@@ -1,9 +1,9 @@
 """How far the solutions of `x' = f(x)` are from given polynomials: one step, without integrating again.
 
-With `x = P(t, z) + e`, t in [0, 1] over a step of length h(z), and `P' = h f(P) + d`: `e' = h J e - d`, where J is a mean
-of Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of `U' = h J U`;
-so `w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never leave it:
-there is no first instant at which they would.
+With `x = P(t, z) + e`, t in [0, 1] over a step of length h(z), and `P' = h f(P) + d`: `e' = h J e - d`, where J is a
+mean of Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of
+`U' = h J U`; so `w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never
+leave it: there is no first instant at which they would.
 """
 
 from __future__ import annotations

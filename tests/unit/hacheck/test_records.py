@@ -174,7 +174,6 @@ DAMAGES: list[Damage] = [
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damages_are_found(flowing: Callable[[str, str], Flowing], damage: Damage) -> None:
     made = flowing(DECAY, "within 1; always x >= 0.367")
-    made.shown()
     before = json.dumps([made.core, made.certificate, made.cells])
     damage(made)
     assert before != json.dumps([made.core, made.certificate, made.cells])

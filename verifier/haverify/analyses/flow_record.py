@@ -116,7 +116,8 @@ def step_json(h: int, series: list[list[list[float]]], bits: int, pace: list[flo
     With a pace, a polynomial of the set, that is how fast time passes: h times it is the step's length.
     """
     length = ldexp(h, -bits)
-    return {"h": h if pace is None else polynomial(pace, length, bits), "x": [_trimmed([polynomial(row, length**k, bits) for k, row in enumerate(x)][1:]) for x in series]}
+    paths = [_trimmed([polynomial(row, length**k, bits) for k, row in enumerate(x)][1:]) for x in series]
+    return {"h": h if pace is None else polynomial(pace, length, bits), "x": paths}
 
 
 def polynomial(row: list[float], factor: float, bits: int) -> list[int]:
