@@ -141,11 +141,14 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
+    from haverify.analyses.hybrid.decide import decide_hybrid
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow
 
+    needs_tree = context.automaton.edges or any(g.kind in ("reach", "stl") for g in claim.goals)
+    decides = decide_hybrid if needs_tree else decide_flow
     try:
-        return decide_flow(context.spec, context.automaton, claim, context.core)
+        return decides(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 
