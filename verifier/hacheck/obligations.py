@@ -162,6 +162,10 @@ class Question:
             self.same(entry, "goal", "", "")
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
+        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
+            from hacheck.records import shown_along
+
+            return shown_along(self, entry)
         raise Beyond(f"a goal `{aim!s:.20}` shown in this way")
 
     def _cells(self, entry: Json, positive: bool) -> Shown:

@@ -58,12 +58,7 @@ class Scope:
     def constant(self, name: str) -> list[Case]:
         """The value of a constant, a box variable where it stands for a rounding box."""
         if name not in self._values:
-            c = self.constants.get(name)
-            if c is None or isinstance(c["value"], dict):
-                raise Refused(f"there is no constant {name}, or it is a set")
-            if name not in self.own:
-                self._unhidden(c["value"])
-            value = self.base.value(c["value"])
+            c, value = self.constants.get(name, {}), self.base.value(self.definition(name))
             if self.rounding and c["half"] is not None:
                 middle, half = constant(value[0][1]), number(c["half"])
                 if middle is None or half < 0 or len(value) > 1 or value[0][2] != ONE:
@@ -72,6 +67,15 @@ class Scope:
                 value = [(False, var(name), ONE)]
             self._values[name] = value
         return self._values[name]
+
+    def definition(self, name: str) -> Json:
+        """What a constant is defined as."""
+        c = self.constants.get(name)
+        if c is None or isinstance(c["value"], dict):
+            raise Refused(f"there is no constant {name}, or it is a set")
+        if name not in self.own:
+            self._unhidden(c["value"])
+        return c["value"]
 
     def range(self, e: Json) -> Interval:
         """An enclosure of an expression of constants and params."""

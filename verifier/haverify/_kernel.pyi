@@ -25,6 +25,13 @@ def flowpipe(
     order_degree_steps_depth: tuple[int, int, int, int],
     tolerance_first_longest_least: tuple[float, float, float, float],
 ) -> tuple[list[tuple[Pair, float, list[Pair], list[Pair]]], str, list[Pair]]: ...
+def flow_record(
+    field: Listing,
+    start: list[Pair],
+    horizon: Pair,
+    order_degree_steps: tuple[int, int, int],
+    tolerance_first_longest_least: tuple[float, float, float, float],
+) -> tuple[list[list[int]], list[tuple[float, list[list[list[float]]]]]]: ...
 
 Comparisons = list[tuple[int, str]]
 Words = list[tuple[str, int]]

@@ -227,6 +227,27 @@ def flowpipe(
     return Pipe([Segment(*row) for row in rows], trouble, last)
 
 
+Step = tuple[float, list[list[list[float]]]]  # length; by variable and power of time the coefficients of the monomials
+
+
+def flow_record(
+    flow: Listing, box: Sequence[Pair], horizon: Interval, settings: Settings
+) -> tuple[list[list[int]], list[Step]]:
+    """The polynomials of a flowpipe, for a second checker: the exponents of their monomials, and each step.
+
+    The set variables are the wide ones of the box, in order, each in [-1, 1].
+
+    Raises
+    ------
+    Fault               if the horizon is not reached
+    """
+    s = settings
+    return _kernel.flow_record(
+        flow, list(box), (horizon.low, horizon.high), (s.order, s.degree, s.steps),
+        (s.tolerance, s.first, s.longest, s.least),
+    )  # fmt: skip
+
+
 @record
 class Judgement:
     """What is known of a claim: it holds (fails) wherever it is asked; instants at which all runs meet (violate) it."""
