@@ -19,7 +19,7 @@ use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::sweep::Sweep;
 use std::cell::RefCell;
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Sub};
 use std::sync::Arc;
 
 /// How finely to compute; none of it decides whether a result is true.
@@ -80,6 +80,9 @@ pub(crate) struct Tube {
     lagrange: Vec<Interval>,
     slopes: Matrix,
     states: Vec<Model>,
+    /// How the slopes alone move errors: to any instant of the step, and to its end.
+    along: Matrix,
+    across: Matrix,
 }
 
 /// One validated step: the series at its start, what holds during it, how errors move to its end.
@@ -186,12 +189,27 @@ impl<'a> Flow<'a> {
         let states = ranges(&self.linear, &step.tube.states)?;
         pipe.segments.push(Segment { from: time, step: step.h, states, watched });
         let after = time.add(Interval::exactly(step.h)?)?;
-        if after.high() >= horizon.low() {
+        let arrived = if after.high() >= horizon.low() {
             let first = (horizon.low() - time.high()).next_down().max(0.0).min(step.h);
-            pipe.last = Some(ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?);
-        }
+            Some((first, ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?))
+        } else {
+            None
+        };
         self.land(&step)?;
+        if let Some((first, during)) = arrived {
+            pipe.last = Some(self.arrived(&step, first, &during)?);
+        }
         Ok((after, next))
+    }
+
+    /// The states from an instant of the step just made to its end: back from its end by the mean value theorem, and
+    /// inside what the step itself says of them.
+    fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
+        let back = Interval::new(first, step.h)?.sub(Interval::exactly(step.h)?)?;
+        let rates = ranges(&self.linear, &values(&self.linear, self.field, &step.tube.states)?)?;
+        let ends = self.set()?.hull()?;
+        let both = ends.iter().zip(&rates).zip(during);
+        both.map(|((end, rate), during)| end.add(rate.mul(back)?)?.intersection(*during)).collect()
     }
 
     /// A step of at most `wanted`, and the length to try next.
@@ -213,7 +231,7 @@ impl<'a> Flow<'a> {
                 h *= factor.max(0.2);
                 continue;
             }
-            let transition = self.transition(&tube, h)?;
+            let transition = self.transition(&tube, &tube.across, h)?;
             return Ok((
                 Step { h, series, tube, transition },
                 (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step),
@@ -235,13 +253,14 @@ impl<'a> Flow<'a> {
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
             let (lagrange, slopes) = self.swept(&states)?;
-            let moved = slopes.transition(span)?.bounds(&errors);
+            let [along, across] = slopes.transitions([span, Interval::exactly(h)?])?;
+            let moved = along.bounds(&errors);
             let mut landed = Vec::with_capacity(motion.len());
             for v in 0..motion.len() {
                 landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
             }
             if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
-                return Ok(Tube { lagrange, slopes, states: self.around(&landed)? });
+                return Ok(Tube { lagrange, slopes, states: self.around(&landed)?, along, across });
             }
             let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
             added = wider.collect::<Result<_, _>>()?;
@@ -279,10 +298,9 @@ impl<'a> Flow<'a> {
 
     /// How errors at the start of a step move to its end: what the slopes alone give, and where that would lose much,
     /// the series of the transition, whose last term is taken over the tube.
-    fn transition(&self, tube: &Tube, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
+    fn transition(&self, tube: &Tube, coarse: &Matrix, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
         let n = self.centre.len();
         let radii = self.errors.radii(n);
-        let coarse = tube.slopes.transition(Interval::exactly(h)?)?;
         let lost = |i: usize| (0..n).map(|j| coarse.width(i, j) * radii[j]).sum::<f64>();
         let is_costly = (0..n).map(lost).fold(0.0, f64::max) > LOSS * self.settings.tolerance;
         let fine = if is_costly { Some(self.expanded(tube, h, &radii)?) } else { None };
@@ -308,8 +326,7 @@ impl<'a> Flow<'a> {
         during.restart(&tube.states)?;
         during.extend_slopes(VARIATION + 1)?;
         let last = Matrix::from_fn(n, |i, j| self.range_or_zero(during.slope_of(i, j, VARIATION + 1)))?;
-        let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
-        let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
+        let rest = last.product(&tube.along).scaled(step.powi(VARIATION as i32 + 1)?);
         let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
         let entry = |i: usize, j: usize| {
             let first: Vec<Model> = (0..=VARIATION).map_while(|k| start.slope_of(i, j, k)).collect();
@@ -324,8 +341,7 @@ impl<'a> Flow<'a> {
         let order = self.settings.order;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
         let last = t.powi(order as i32 + 1)?;
-        let along = step.tube.slopes.transition(t.hull(Interval::ZERO)?)?;
-        let moved = along.bounds(&self.errors.radii(self.centre.len()));
+        let moved = self.moved_errors(step)?;
         let state = |v: usize| {
             let model = self.space.combination(&step.series[v], &powers)?;
             self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(moved[v])?)?)
@@ -335,8 +351,7 @@ impl<'a> Flow<'a> {
 
     /// Bounds of what the errors at the start of the step are at any instant of it.
     pub(crate) fn moved_errors(&self, step: &Step) -> Result<Vec<f64>, Fault> {
-        let along = step.tube.slopes.transition(Interval::new(0.0, step.h)?)?;
-        Ok(along.bounds(&self.errors.radii(self.centre.len())))
+        Ok(step.tube.along.bounds(&self.errors.radii(self.centre.len())))
     }
 
     pub(crate) fn field(&self) -> &Tape {
@@ -352,7 +367,8 @@ impl<'a> Flow<'a> {
 
     /// The first part of a step as a step of its own.
     pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
-        let transition = self.transition(&step.tube, h)?;
+        let across = step.tube.slopes.transition(Interval::exactly(h)?)?;
+        let transition = self.transition(&step.tube, &across, h)?;
         Ok(Step { h, transition, ..step })
     }
 
