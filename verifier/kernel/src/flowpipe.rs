@@ -110,6 +110,8 @@ struct Sweeps {
     series: Sweep,
     tube: Sweep,
     start: Sweep,
+    /// How far errors and the last term went in the step before, where the next tube is looked for.
+    before: Option<(Matrix, Vec<f64>)>,
 }
 
 /// Follow the box `start` until the latest instant of `horizon`, or as far as it goes.
@@ -169,6 +171,7 @@ impl<'a> Flow<'a> {
             series: Sweep::new(&whole, field, settings.order, None),
             tube: Sweep::new(&low, field, settings.order.max(VARIATION) + 1, Some(VARIATION + 1)),
             start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
+            before: None,
         });
         Flow { field, settings, space, linear, centre, errors, sweeps }
     }
@@ -219,10 +222,11 @@ impl<'a> Flow<'a> {
         let least_step = self.settings.least_step.min(wanted);
         let series = self.series()?;
         let known: Vec<Vec<Interval>> = series.iter().map(|s| ranges(&self.space, s)).collect::<Result<_, _>>()?;
-        let mut h = wanted;
+        let (mut h, mut growth) = (wanted, 1.5);
         while h >= least_step {
             let Ok(tube) = self.tube(&known, h) else {
-                h *= 0.5;
+                h *= if growth > 1.0 { 0.7 } else { 0.5 };
+                growth = 1.0;
                 continue;
             };
             let last = tube.lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
@@ -234,7 +238,7 @@ impl<'a> Flow<'a> {
             let transition = self.transition(&tube, &tube.across, h)?;
             return Ok((
                 Step { h, series, tube, transition },
-                (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step),
+                (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
             ));
         }
         Err(Fault::Step)
@@ -248,8 +252,7 @@ impl<'a> Flow<'a> {
         let errors = self.errors.radii(series.len());
         let motion: Vec<Interval> =
             series.iter().map(|r| horner(&r[1..], span)?.mul(span)).collect::<Result<_, _>>()?;
-        let guess = motion.iter().zip(&errors).map(|(m, e)| inflated(m.add(Interval::symmetric(2.0 * e)?)?, 0.01));
-        let mut added: Vec<Interval> = guess.collect::<Result<_, _>>()?;
+        let mut added = self.guess(&motion, &errors, power)?;
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
             let (lagrange, slopes) = self.swept(&states)?;
@@ -260,12 +263,27 @@ impl<'a> Flow<'a> {
                 landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
             }
             if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
+                let far = lagrange.iter().map(|l| l.norm()).collect();
+                self.sweeps.borrow_mut().before = Some((along.clone(), far));
                 return Ok(Tube { lagrange, slopes, states: self.around(&landed)?, along, across });
             }
             let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
             added = wider.collect::<Result<_, _>>()?;
         }
         Err(Fault::Step)
+    }
+
+    /// Where a tube may be: around the motion of the series, with room for errors and the last term.
+    fn guess(&self, motion: &[Interval], errors: &[f64], power: Interval) -> Result<Vec<Interval>, Fault> {
+        let sweeps = self.sweeps.borrow();
+        let room: Vec<f64> = match &sweeps.before {
+            Some((along, lagrange)) => {
+                let moved = along.bounds(errors);
+                moved.iter().zip(lagrange).map(|(e, l)| 1.2 * e + 1.5 * l * power.high()).collect()
+            }
+            None => errors.iter().map(|e| 2.0 * e).collect(),
+        };
+        motion.iter().zip(&room).map(|(m, r)| inflated(m.add(Interval::symmetric(*r)?)?, 0.01)).collect()
     }
 
     /// The series from the set without its errors.
