@@ -38,6 +38,7 @@ class Model:
         self.landing, self.forbidden, self.enabled = cache(self._landing), cache(self._forbidden), cache(self._enabled)
         self.equations, self.ending, self.lively = cache(self._equations), cache(self._ending), cache(self._lively)
         self.stays = set[Any]()  # modes, entries and dwells that are known to be right, whatever the time
+        self.walked = set[Any]()  # steps of runs that are known to be right, with the state they begin in
         self.timeless = '["time"]' not in json.dumps(self.a, separators=(",", ":"))
 
     def _domain(self, mode: str) -> Formula:
@@ -199,7 +200,9 @@ class Cell:
 
 def _moved(i: Interval, c: Fraction, s: Interval) -> Interval:
     """`x + c t` for x in i, t in s."""
-    return bernstein.bounds(add(var("x"), scale(var("t"), c)), {"x": i, "t": s})
+    low, high = (None if x is None or (t is None and c) else x + c * (t or 0)
+                 for x, t in zip(i, s if c >= 0 else s[::-1], strict=True))  # fmt: skip
+    return low, high
 
 
 class Cells:
@@ -218,7 +221,7 @@ class Cells:
             raise Refused("cells up to a horizon do not show that something must happen")
         if (self.timed and self.scope.rho is None) or (self.time is not None and not self.timed):
             raise Refused("time is tracked, but the modes do not share one rate")
-        self.past = cache(self._past)
+        self.past, self.untaken, self.crossing = cache(self._past), cache(self._untaken), cache(self._crossing)
         self.cells = [Cell(model, c, self.timed) for c in data["cells"]]
         self.by_mode: dict[str, list[int]] = {m: [] for m in self.scope.modes}
         for i, c in enumerate(self.cells):
@@ -319,7 +322,12 @@ class Cells:
         clock = {"sigma": env.get("sigma", var("sigma"))} if self.timed else {}
         return None if found is None else (Env({**after, **clock}), found, excuse)
 
-    def untaken(self, c: Cell, k: int) -> Formula:
+    def _crossing(self, c: Cell, k: int) -> Box | None:
+        """A box around the states of the cell, in its unknowns, from which edge k is taken; None where it is not."""
+        env, box, _ = c.place(c.stay)
+        return bernstein.narrowed(placed(self.untaken(c, k), env), {**self.scope.chosen, **box})
+
+    def _untaken(self, c: Cell, k: int) -> Formula:
         """Edge k is not taken from a state of the cell; an urgent one may fire on the closure of its guard (S8)."""
         forbidden = self.model.forbidden(k, self.model.edges[k]["urgent"])
         return disj([self.model.outside(c.mode), forbidden, self.late(self.time), self.past(c)])

@@ -78,6 +78,7 @@ class Instant:
                  before: Instant | None = None) -> None:  # fmt: skip
         self.scope, self.mode, self.env, self.edge, self.before = scope, mode, Env(env), edge, before
         self._lets: dict[tuple[str, bool], list[Case]] = {}
+        self._slopes: dict[tuple[str, bool], list[Case]] = {}
         self._exact = False
 
     def poly(self, e: Json) -> Poly:
@@ -102,7 +103,9 @@ class Instant:
         if op == "pre":
             return (self.before or self).value(args[0])
         if op == "der":
-            return [(False, *self._slope(args[0]))]
+            if (at := (str(args[0]), self._exact)) not in self._slopes:
+                self._slopes[at] = [(False, *self._slope(args[0]))]
+            return self._slopes[at]
         if self._is_truth(e):
             bit = self._bit(e)
             if bit is not None:
@@ -269,8 +272,21 @@ class Instant:
         if closed and op == "!=":
             return True
         op = CLOSED[op] if closed else op
-        pairs = [_combine("-", x, y) for x in self.value(a) for y in self.value(b)]
-        return conj([disj([no, self._literal(op, n, d, self._exact)]) for no, n, d in pairs])
+        low, high = (b, a) if op[0] == ">" else (a, b)
+        pairs = product(*(self._greatest(e) if op[0] in "<>" else [[c] for c in self.value(e)] for e in (low, high)))
+        op = op.replace(">", "<")
+        return conj([disj([self._between(op, x, y) for y in ys]) for xs, ys in pairs for x in xs])
+
+    def _greatest(self, e: Json) -> list[list[Case]]:
+        """The cases of a number, each as the greatest of some: of x and -x where it is an absolute value."""
+        if isinstance(e, list) and e[:1] == ["abs"]:
+            return [[(no, n, d), (no, scale(n, -1), d)] for no, n, d in self.value(e[1])]
+        return [[c] for c in self.value(e)]
+
+    def _between(self, op: str, x: Case, y: Case) -> Formula:
+        no, n, d = _combine("-", x, y)
+        found = self._literal(op, n, d, self._exact)
+        return found if no is False else disj([no, found])
 
     def _literal(self, op: str, n: Poly, d: Poly, exact: bool) -> Formula:
         """`n / d op 0` and `d != 0`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from functools import lru_cache
 from typing import Any
 
 from hacheck.core import Core
@@ -17,9 +18,18 @@ MODEL = ("constants", "params", "enums", "assumptions", "cellular", "relations",
 
 def obligation(core: Core, claim: Json, goal: Json) -> str:
     """The hash of a goal: of all rules, fuzzy systems and numbers of the core, the goal and what the claim assumes."""
-    value = ["haverify.obligation/1", {k: core.data[k] for k in MODEL}, goal, claim["assume"], claim["on"]]
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    said = ",".join(map(_text, (goal, claim["assume"], claim["on"])))
+    text = f'["haverify.obligation/1",{_model(core)},{said}]'
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@lru_cache(maxsize=1)  # all goals of a core share it
+def _model(core: Core) -> str:
+    return _text({k: core.data[k] for k in MODEL})
+
+
+def _text(value: Json) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
 
 
 def held(core: Core, claim: Json, certificate: Json) -> tuple[str, str | None, list[tuple[str, str, str]]]:

@@ -56,7 +56,7 @@ class FlowScope(Scope):
 class Induction:
     """A goal, the formulas of a certificate, and the parts that they come down to."""
 
-    def __init__(self, question: Question, entry: Json) -> None:
+    def __init__(self, question: Question, using: Json, modes: Json) -> None:
         self.question, self.claim, setting = question, question.claim, question.setting
         self.a, self.scope = setting.a, FlowScope(setting.core, setting.a)
         self.model = Model(self.scope)
@@ -64,16 +64,16 @@ class Induction:
         aim = question.goal["kind"]
         self.goal = question.condition if aim == "always" else ["not", question.condition]
         self.inductive = self.claim["inductive"]
-        if self.inductive and (aim != "always" or entry["modes"] is not None):
+        if self.inductive and (aim != "always" or modes is not None):
             raise Refused("an inductive claim is its own invariant")
         self.states = {*self.scope.types, *self.scope.ranges, "time", "pi"}
-        self.used = [self._used(name) for name in entry["using"]]
+        self.used = [self._used(name) for name in using]
         conditions = [g["condition"] for g in self.used]
         if any(n[0] in EVENTS for n in nodes([self.goal, *question.assume, *conditions])):
             raise Beyond("an invariant about what just happened")
         for m in self.scope.modes:  # the functions that formulas may read are met
             _ = [*self.common(self.scope.identity(m)), self.scope.identity(m).formula(self.goal), self.scope.field(m)]
-        self.formulas = {m: self._formula(m, entry["modes"]) for m in self.scope.modes}
+        self.formulas = {m: self._formula(m, modes) for m in self.scope.modes}
         for m in (m for m, mode in self.scope.modes.items() if mode["terminal"]):  # a run may be frozen there (S12)
             seen_there = conj([self.formulas[m], self.scope.identity(m).formula(self.goal)])
             if "time" in self.functions.support(variables(seen_there)):
@@ -188,8 +188,8 @@ class Induction:
         at = self.scope.identity(mode)
         refute(proof, self.premises(*self.common(at), self.formulas[mode], negated(at.formula(self.goal))))
 
-    def start(self, start: Json) -> None:
-        """The start given is admissible: nothing is proved of nothing."""
+    def start(self, start: Json, wrong: bool = False) -> None:
+        """The start given is admissible: nothing is proved of nothing. It violates the goal, if that is said."""
         mode, at = start["mode"], self.scope.identity(start["mode"])
         if set(start["params"]) != set(self.scope.ranges) or set(start["values"]) != set(self.scope.types):
             raise Refused("a start does not give every param and variable a value")
@@ -200,6 +200,8 @@ class Induction:
         lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
         said = [conj([*self.common(at), *self.starts(line, at)]) for line in lines]
         always = [f for v in self.a["vars"] for f in self.window(v, at) if v["type"] == "real"]
+        always += [at.formula(e) for e in self.question.assume]
+        always += [at.formula(self.goal, True)] if wrong else []
         always += self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
 
         def here(f: Formula) -> bool:
@@ -207,14 +209,16 @@ class Induction:
             return on_box(self.premises(negated(put)))
 
         if not any(here(conj([f, *always])) for f in said):
-            raise Refused("a proof names no admissible start")
+            raise Refused("a start is not admissible, or does not violate the goal")
 
 
 def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, str]]]:
     """What an entry of kind `invariant` establishes."""
     if question.goal["kind"] not in ("always", "can_reach"):
         raise Beyond("an invariant for another goal")
-    induction, found = Induction(question, entry), []
+    if entry["kind"] == "start":
+        return _at_start(question, entry)
+    induction, found = Induction(question, entry["using"], entry["modes"]), []
     induction.start(entry["start"])
     expected = list(induction.parts())
     if len(expected) != len(entry["parts"]):
@@ -229,3 +233,14 @@ def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, st
             raise type(e)(f"{kind} {where}: {e}") from None
         found.append((f"{kind} {where}", "", "proved"))
     return ("proved" if question.goal["kind"] == "always" else "refuted"), found
+
+
+def _at_start(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, str]]]:
+    """A goal that an admissible start violates at once."""
+    if question.after is not None and question.after > 0:
+        raise Refused("the claim does not speak of the start")
+    mode = entry["start"]["mode"]
+    question.same(entry, "start", mode, "")
+    Induction(question, [], None).start(entry["start"], True)
+    verdict = "refuted" if question.goal["kind"] == "always" else "proved"
+    return verdict, [(mode, "", verdict)]

@@ -21,12 +21,12 @@ from hacheck.scope import Scope
 
 Json = Any
 Shown = tuple[str | None, list[tuple[str, str, str]]]  # a verdict, and (where, output, verdict) of each part
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False)
 
 
 def canonical_hash(value: Json) -> str:
     """SHA-256 of the canonical JSON of a value."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+    return hashlib.sha256(_CANONICAL.encode(value).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def mentioned(core: Core, value: Json, hidden: set[str]) -> list[Json]:
@@ -143,7 +143,7 @@ class Question:
         kind, aim = entry["kind"], self.goal["kind"]
         if kind == "cells" and aim in ("always", "can_reach"):
             return self._cells(entry, aim == "always")
-        if kind == "invariant":
+        if kind in ("invariant", "start"):
             from hacheck.invariants import shown
 
             return shown(self, entry)
@@ -162,6 +162,10 @@ class Question:
             self.same(entry, "goal", "", "")
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
+        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
+            from hacheck.records import shown_along
+
+            return shown_along(self, entry)
         raise Beyond(f"a goal `{aim!s:.20}` shown in this way")
 
     def _cells(self, entry: Json, positive: bool) -> Shown:
@@ -235,22 +239,26 @@ class Question:
         if len(proof) != len(mine):
             raise Refused(f"the part {part.where} {part.output} concerns {len(mine)} cells, its proof another number")
         for tree, c in zip(proof, mine, strict=True):
-            if jump and not (cells.jumps is not None and c.jumps == cells.jumps):
-                self._tree(tree, c, claimed, disj([cells.untaken(c, part.place), excuse]))
-            elif not jump and not self._plainly(tree, c, claimed):
-                self._tree(tree, c, claimed, disj([self.model.outside(mode), cells.past(c), excuse]))
+            if jump and cells.jumps is not None and c.jumps == cells.jumps:
+                continue
+            crossed = cells.crossing(c, part.place) if jump else {}
+            needless = crossed is None and tree is None
+            if not needless and not self._plainly(tree, c, claimed, crossed):
+                gone = cells.untaken(c, part.place) if jump else disj([self.model.outside(mode), cells.past(c)])
+                self._tree(tree, c, claimed, disj([gone, excuse]))
 
-    def _plainly(self, tree: Json, c: Cell, claimed: Formula) -> bool:
-        """Is the claim shown without looking at excuses, as it often is?"""
+    def _plainly(self, tree: Json, c: Cell, claimed: Formula, crossed: bernstein.Box | None) -> bool:
+        """Is the claim shown without looking at excuses (on where an edge crosses), as it often is?"""
         try:
-            self._tree(tree, c, claimed, False)
+            self._tree(tree, c, claimed, False, crossed=crossed)
         except Refused:
             return False
         return True
 
-    def _tree(self, tree: Json, c: Cell, f: Formula, excuse: Formula, stay: Interval | None = None) -> None:
+    def _tree(self, tree: Json, c: Cell, f: Formula, excuse: Formula, stay: Interval | None = None,
+              crossed: bernstein.Box | None = None) -> None:  # fmt: skip
         env, box, _ = c.place(stay or c.stay)
-        wide = {**{v + "'": bernstein.FREE for v in self.scope.types}, **self.scope.box, **box}
+        wide = crossed or {**self.scope.chosen, **box}
         bernstein.replay("b" if tree is None else tree, placed(f, env), wide, placed(excuse, env))
 
     def _show(self, c: Cell, f: Formula, stay: Any) -> None:

@@ -108,7 +108,16 @@ class Walk:
         """
         if d < 0:
             raise Refused("a run dwells for a negative time")
-        state = self._moving()
+        state, key = self._moving(), self._key("dwell", d)
+        if d and key not in self.model.walked:  # what holds without a dwell was seen on arrival
+            self._waits(state, d)
+            self.model.walked.add(key)
+        self.stages.append(Stage(self.scope.identity(self.mode), state, d, self.time))
+        self.last, self.edge = (self.stages[-1], None) if d or self.edge is None else (self.last, self.edge)
+        self.values = {v: substitute(state[v], Env({"s": const(d)})) for v in self.values}
+        self.time += d
+
+    def _waits(self, state: Env, d: Fraction) -> None:
         inside = conj([self.model.domain(self.mode), self.model.declared(self.mode)])
         self.need(placed(inside, state), "it leaves the domain or a declared range", d)
         ended = literal(">=", add(var("s"), const(d), -1))
@@ -116,10 +125,11 @@ class Walk:
             if self.model.edges[k]["urgent"]:
                 waits = disj([ended, placed(self.model.forbidden(k, False), state)])
                 self.need(waits, "it dwells where an urgent edge is due", d)
-        self.stages.append(Stage(self.scope.identity(self.mode), state, d, self.time))
-        self.last, self.edge = (self.stages[-1], None) if d or self.edge is None else (self.last, self.edge)
-        self.values = {v: substitute(state[v], Env({"s": const(d)})) for v in self.values}
-        self.time += d
+
+    def _key(self, *step: Any) -> Any:
+        """What is done next and all that it depends on, for steps that several runs have in common."""
+        known = {**self.params, **self.values}
+        return self.mode, self.time, step, frozenset((v, p.unit, *p.terms.items()) for v, p in known.items())
 
     def _jump(self, k: Json, chosen: Json) -> None:
         """Take edge k: its guard holds as written, or it is urgent and due; the outcome is in the target's domain."""
@@ -128,13 +138,19 @@ class Walk:
         if set(chosen) != {r["var"] for r in self.model.sets(k)}:
             raise Refused("a run does not choose the values that its edge leaves open")
         values: dict[str, Poly] = {v + "'": const(number(q)) for v, q in chosen.items()}
-        taken = negated(self.model.forbidden(k, False))
-        now = Env({**self._moving(still=True), **values})
-        if not self.surely(placed(taken, now)):
-            due = self.model.edges[k]["urgent"] and conj([self.model.soon(taken, self.mode), self.model.lands(k)])
-            self.need(placed(due, now), f"edge {self.model.edges[k]['name']} is not enabled")
+        now, key = Env({**self._moving(still=True), **values}), self._key("jump", k, *sorted(chosen.items()))
+        if key not in self.model.walked:
+            self._takes(k, now)
         self.last = Stage(self.model.landing(k), now, START, self.time)
         self.stages.append(self.last)
         self.values = {v: substitute(self.model.landing(k).env[v], now) for v in self.values}
         self.mode, self.edge = self.model.edges[k]["target"], k
-        self._arrived()
+        if key not in self.model.walked:
+            self._arrived()
+            self.model.walked.add(key)
+
+    def _takes(self, k: int, now: Env) -> None:
+        taken = negated(self.model.forbidden(k, False))
+        if not self.surely(placed(taken, now)):
+            due = self.model.edges[k]["urgent"] and conj([self.model.soon(taken, self.mode), self.model.lands(k)])
+            self.need(placed(due, now), f"edge {self.model.edges[k]['name']} is not enabled")

@@ -45,6 +45,11 @@ class Scope:
             self.params[name] = const(low) if low == high else var(name)
             self.box[name] = (low, high)
 
+    @property
+    def chosen(self) -> bernstein.Box:
+        """The box of everything but the state: params, rounded constants, pi; and chosen values, which are free."""
+        return {**{v + "'": bernstein.FREE for v in self.types}, **self.box}
+
     def _unhidden(self, value: Json) -> None:
         """What is written at the top level does not mean a constant that the automaton hides."""
         if any(n[0] == "const" and n[1:] and n[1] in self.hidden for n in nodes(value)):
@@ -53,12 +58,7 @@ class Scope:
     def constant(self, name: str) -> list[Case]:
         """The value of a constant, a box variable where it stands for a rounding box."""
         if name not in self._values:
-            c = self.constants.get(name)
-            if c is None or isinstance(c["value"], dict):
-                raise Refused(f"there is no constant {name}, or it is a set")
-            if name not in self.own:
-                self._unhidden(c["value"])
-            value = self.base.value(c["value"])
+            c, value = self.constants.get(name, {}), self.base.value(self.definition(name))
             if self.rounding and c["half"] is not None:
                 middle, half = constant(value[0][1]), number(c["half"])
                 if middle is None or half < 0 or len(value) > 1 or value[0][2] != ONE:
@@ -67,6 +67,15 @@ class Scope:
                 value = [(False, var(name), ONE)]
             self._values[name] = value
         return self._values[name]
+
+    def definition(self, name: str) -> Json:
+        """What a constant is defined as."""
+        c = self.constants.get(name)
+        if c is None or isinstance(c["value"], dict):
+            raise Refused(f"there is no constant {name}, or it is a set")
+        if name not in self.own:
+            self._unhidden(c["value"])
+        return c["value"]
 
     def range(self, e: Json) -> Interval:
         """An enclosure of an expression of constants and params."""

@@ -124,8 +124,8 @@ def _extent(p: Dense, low: Fraction | None, high: Fraction | None) -> tuple[Frac
 
 def always(f: Formula, low: Fraction | None, high: Fraction | None) -> bool:
     """Is f, a formula in one variable, true for all its values in [low, high]?"""
-    if isinstance(f, bool):
-        return f
+    if isinstance(f, bool) or f[0] == "and":
+        return f if isinstance(f, bool) else all(always(g, low, high) for g in f[1:])
     polys = {id(p): dense(p) for _, p in literals(f)}
     product: Dense = [1]
     for p in polys.values():

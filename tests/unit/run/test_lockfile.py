@@ -65,3 +65,29 @@ def test_anything_else_is_no_lock_file(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     with pytest.raises(UsageError):
         lockfile.read(path)
+
+
+def test_the_quick_way_reads_what_the_parser_reads() -> None:
+    text = lockfile.written(ENTRIES)
+    quick = lockfile._as_written("haverify.lock", text)
+    assert quick is None or lockfile.written(quick) != text  # a date is left to the parser
+    plain = Baseline(ENTRIES.findings[1:], ENTRIES.refuted)
+    text = lockfile.written(plain)
+    assert lockfile._as_written("haverify.lock", text) == lockfile._parsed("haverify.lock", text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"t"', '"t" # a note'), ('"t"', "'t'"), ('"r"\n', '"r"\nreason = "again"\n'), ('"a.ha"', '"\\/a.ha"')],
+)
+def test_the_quick_way_is_not_taken_where_the_text_is_another(tmp_path: Path, old: str, new: str) -> None:
+    text = lockfile.written(Baseline((FindingEntry("a.ha", "HA213", "k", "t", "r"),), ())).replace(old, new)
+    quick = lockfile._as_written("haverify.lock", text)
+    assert quick is None or lockfile.written(quick) != text
+    path = tmp_path / "haverify.lock"
+    path.write_text(text)
+    if new in ('"t" # a note', "'t'"):
+        assert lockfile.read(path)[0].findings[0].text == "t"
+    else:
+        with pytest.raises(UsageError):
+            lockfile.read(path)

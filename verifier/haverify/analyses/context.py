@@ -43,6 +43,7 @@ class Context:
     _cells: dict[tuple[Q | None, int | None], Cells] = field(default_factory=dict)
 
     starts: dict[tuple[Expr, ...], tuple[State, dict[str, Q]] | None] = field(default_factory=dict)
+    instants: dict[str, Q] = field(default_factory=dict)  # by claim: up to when its goals need cells
     _values: dict[tuple[Q | None, int | None], Json] = field(default_factory=dict)
 
     @cached_property

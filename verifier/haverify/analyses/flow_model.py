@@ -65,7 +65,7 @@ class FlowModel:
 
     def condition(self, e: Expr) -> Condition:
         """A truth-valued expression in this mode as conditions on quantities."""
-        return _condition(residual(e, Situation(self.mode.name)), self.definitions)
+        return condition(residual(e, Situation(self.mode.name)), self.definitions)
 
 
 def flow_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) -> FlowModel:
@@ -83,20 +83,20 @@ def flow_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) ->
     if any(v.type != "real" for v in automaton.vars):
         raise OutsideFragmentError("discrete variables beside a flow that is not clock-driven")
     values = values_of(spec, automaton)
-    definitions = _definitions(automaton, mode, values)
-    read = _read(automaton, mode, definitions, asked)
+    known = definitions(automaton, mode, values)
+    read = _read(automaton, mode, known, asked)
     params = [p for p in params_of(spec, automaton) if ("param", p.name) in read]
     clock = ["time"] if ("time", "") in read else []
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), *clock)
     zero, one = Expr("num", (Q(0),)), Expr("num", (Q(1),))
-    rates = (*(_rate(mode, v.name) for v in automaton.vars), *(zero for _ in params), *(one for _ in clock))
+    rates = (*(rate(mode, v.name) for v in automaton.vars), *(zero for _ in params), *(one for _ in clock))
     unknown = [*(values.interval(p.range) for p in params), *((Q(0), Q(0)) for _ in clock)]
     boxes, rest = [], list[Expr]()
     for init in automaton.init:
-        bounded, more = _start(automaton, mode, init, values)
+        bounded, more = start_box(automaton, mode, init, values)
         boxes.append((*bounded, *unknown))
         rest += more
-    return FlowModel(spec, automaton, mode, values, names, rates, tuple(boxes), tuple(rest), definitions)
+    return FlowModel(spec, automaton, mode, values, names, rates, tuple(boxes), tuple(rest), known)
 
 
 def _read(
@@ -125,27 +125,31 @@ def _only_mode(automaton: HybridAutomaton) -> Mode:
     return modes[0]
 
 
-def _rate(mode: Mode, name: str) -> Expr:
-    rate = next(line.rate for line in mode.flow if line.var == name)
-    if isinstance(rate, Range):
+def rate(mode: Mode, name: str) -> Expr:
+    """The right side of a variable's flow in a mode."""
+    found = next(line.rate for line in mode.flow if line.var == name)
+    if isinstance(found, Range):
         raise OutsideFragmentError("differential inclusions: flowpipes of this version follow single fields")
-    return rate
+    return found
 
 
-def _definitions(automaton: HybridAutomaton, mode: Mode, values: Values) -> dict[tuple[str, str], Expr]:
+def definitions(automaton: HybridAutomaton, mode: Mode, values: Values) -> dict[tuple[str, str], Expr]:
+    """What lets and constants stand for in a mode."""
     found = {("let", o.name): residual(o.expr, Situation(mode.name)) for o in (*automaton.lets, *mode.lets)}
     constants = {("const", n): c.value for n, c in values.constants.items() if isinstance(c.value, Expr)}
     return {**found, **constants}
 
 
-def _start(automaton: HybridAutomaton, mode: Mode, init: Init, values: Values) -> tuple[list[tuple[Q, Q]], list[Expr]]:
+def start_box(
+    automaton: HybridAutomaton, mode: Mode, init: Init, values: Values
+) -> tuple[list[tuple[Q, Q]], list[Expr]]:
     """The least box that the bounds on single variables give, and the conjuncts that say more."""
     bounds: dict[str, tuple[Q | None, Q | None]] = {v.name: (None, None) for v in automaton.vars}
     for assign in init.assigns:
         to = assign.to
         bounds[assign.var] = values.interval(to) if isinstance(to, Range) else (values.number(to),) * 2
-    members = (*_members(init.where), *_members(mode.domain))
-    more = [e for e in members if not _bounded(e, bounds, values)]
+    bounding = (*members(init.where), *members(mode.domain))
+    more = [e for e in bounding if not _bounded(e, bounds, values)]
     declared = {v.name: v.range for v in automaton.vars}
     box = []
     for name, (low, high) in bounds.items():
@@ -160,10 +164,11 @@ def _start(automaton: HybridAutomaton, mode: Mode, init: Init, values: Values) -
     return box, more
 
 
-def _members(e: Expr) -> Iterator[Expr]:
+def members(e: Expr) -> Iterator[Expr]:
+    """The conjuncts of a condition."""
     if e.op == "and":
         for c in e.children:
-            yield from _members(c)
+            yield from members(c)
     elif e.op != "true":
         yield e
 
@@ -191,19 +196,25 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
     return op in ("<=", ">=", "==")
 
 
-def _condition(e: Expr, definitions: dict[tuple[str, str], Expr], is_denied: bool = False) -> Condition:
+def condition(e: Expr, definitions: dict[tuple[str, str], Expr], is_denied: bool = False) -> Condition:
+    """A truth-valued expression (or its denial) as comparisons of quantities with zero.
+
+    Raises
+    ------
+    OutsideFragmentError    if it holds what is no comparison of numbers
+    """
     if e.op in ("true", "false"):
         return (e.op == "true") is not is_denied
     if e.op == "not":
-        return _condition(e.children[0], definitions, not is_denied)
+        return condition(e.children[0], definitions, not is_denied)
     if e.op in ("let", "const") and (e.op, e.name) in definitions:
-        return _condition(definitions[e.op, e.name], definitions, is_denied)
+        return condition(definitions[e.op, e.name], definitions, is_denied)
     if e.op == "implies":
         premise, conclusion = e.children
-        parts = (_condition(premise, definitions, not is_denied), _condition(conclusion, definitions, is_denied))
+        parts = (condition(premise, definitions, not is_denied), condition(conclusion, definitions, is_denied))
         return Every(parts) if is_denied else Some(parts)
     if e.op in ("and", "or"):
-        members = tuple(_condition(c, definitions, is_denied) for c in e.children)
+        members = tuple(condition(c, definitions, is_denied) for c in e.children)
         return Every(members) if (e.op == "and") is not is_denied else Some(members)
     if e.op in COMPARISONS:
         return _compared(e.children[0], e.children[1], NEGATED[e.op] if is_denied else e.op)
@@ -212,7 +223,7 @@ def _condition(e: Expr, definitions: dict[tuple[str, str], Expr], is_denied: boo
 
 def _compared(left: Expr, right: Expr, op: str) -> Condition:
     """A comparison, a magnitude on one side split into its cases."""
-    if left.op != "abs" and right.op == "abs":
+    if (left.op != "abs" and right.op == "abs") or left.op == "num":
         left, right, op = right, left, MIRRORED[op]
     if left.op == "abs":
         inner = left.children[0]

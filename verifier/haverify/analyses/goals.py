@@ -32,6 +32,7 @@ from haverify.text.record import field, holder, replace
 
 Q = Fraction
 Json = Any
+FEW_CELLS = 64  # so many may go further than a goal needs
 
 
 @holder
@@ -86,7 +87,7 @@ def condition_of(goal: Goal) -> Expr:
 def _on_cells(context: Context, setting: Setting, asked: list[Part], work: Work) -> tuple[Cells, list[Judged]]:
     """The parts judged on the cells of all runs, or else on those up to the horizon."""
     best: tuple[Cells, list[Judged]] | None = None
-    for time, jumps in _horizons(setting):
+    for time, jumps in _horizons(context, setting):
         cells = context.cells(time, jumps)
         found = [judge(setting, p, cells, work) for p in asked] if cells.trouble is None else []
         if cells.trouble is None and all(j.proved for j in found):
@@ -104,7 +105,8 @@ def _no_worse(found: list[Judged], before: list[Judged]) -> bool:
     return bool(found) and all(j.proved or not b.proved for j, b in zip(found, before, strict=True))
 
 
-def _horizons(setting: Setting) -> Iterator[tuple[Q | None, int | None]]:
+def _horizons(context: Context, setting: Setting) -> Iterator[tuple[Q | None, int | None]]:
+    """How far cells may go to decide a goal, to be tried in this order."""
     limit = setting.time_limit()
     timed = setting.goal.window is not None or _reads_time(setting)
     if timed and setting.model.rho is None:
@@ -114,9 +116,26 @@ def _horizons(setting: Setting) -> Iterator[tuple[Q | None, int | None]]:
     if not timed:
         yield None, None
     if limit is not None and setting.model.rho is not None:
+        last = _last_instant(context, setting)
+        if timed and last > limit and _are_few(context.cells(last)):
+            yield last, None
         yield limit, None
     elif limit is None and setting.claim.jumps is not None:
         yield None, setting.claim.jumps
+
+
+def _last_instant(context: Context, setting: Setting) -> Q:
+    """The last instant that a goal of the claim asks cells for: one file of them may do for all its goals."""
+    name = setting.claim.name
+    if name not in context.instants:
+        goals = [replace(setting, goal=g) for g in setting.claim.goals if g.kind in ("always", "can_reach")]
+        ends = [s.time_limit() for s in goals if s.goal.window is not None or _reads_time(s)]
+        context.instants[name] = max((e for e in ends if e is not None), default=Q(0))
+    return context.instants[name]
+
+
+def _are_few(cells: Cells) -> bool:
+    return cells.trouble is None and len(cells.cells) <= FEW_CELLS
 
 
 def _reads_time(setting: Setting) -> bool:

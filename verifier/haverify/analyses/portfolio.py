@@ -20,7 +20,7 @@ from haverify.model.claim import Claim
 from haverify.model.expression import Expr, nodes
 from haverify.model.spec import Spec
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.text.record import field, holder
+from haverify.text.record import field, holder, replace
 
 METHOD = "clocked"
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact"})
@@ -123,9 +123,12 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         found = decide_invariant(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError:
         return before
-    is_late = before.verdict.kind == "fragment" and not _is_steady(context)
-    tells = claim.inductive or (is_late and all(g.kind == "always" for g in claim.goals))
-    return found if tells or not isinstance(found.verdict, Unknown) else before
+    if claim.inductive or not isinstance(found.verdict, Unknown):
+        return found
+    if _is_steady(context) or found.verdict.kind == "vacuous":
+        return before
+    more = f"{before.verdict.reason}; no invariant was found that shows it"
+    return replace(before, verdict=replace(before.verdict, reason=more))
 
 
 def _is_steady(context: Context) -> bool:
@@ -138,11 +141,14 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
+    from haverify.analyses.hybrid.decide import decide_hybrid
     from haverify.analyses.taylor_reach import METHOD as TAYLOR
     from haverify.analyses.taylor_reach import decide_flow
 
+    needs_tree = context.automaton.edges or any(g.kind in ("reach", "stl") for g in claim.goals)
+    decides = decide_hybrid if needs_tree else decide_flow
     try:
-        return decide_flow(context.spec, context.automaton, claim, context.core)
+        return decides(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 

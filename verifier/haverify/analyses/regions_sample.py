@@ -74,17 +74,14 @@ class _Place:
         return found
 
     def _value(self, op: str, parts: Any) -> int:
-        value: int
-        if op == "lin":
+        known, value = self._known, 0
+        if op in ("min", "max"):
+            values = [known[m] if m in known else self.number(m) for m in parts]
+            value = min(values) if op == "min" else max(values)
+        elif op == "if":
+            value = self.number(parts[1] if self.truth(parts[0]) else parts[2])
+        else:
             value = parts[0] * self.unit
-            for v, q in parts[1]:
-                value += q * self.at[v]
-            return value
-        if op == "sum":
-            value = parts[0] * self.unit
-            for q, m in parts[1]:
-                value += q * self.number(m)
-            return value
-        if op == "if":
-            return self.number(parts[1] if self.truth(parts[0]) else parts[2])
-        return (min if op == "min" else max)(map(self.number, parts))
+            for a, b in parts[1]:
+                value += b * self.at[a] if op == "lin" else a * self.number(b)
+        return value

@@ -14,7 +14,8 @@ from math import floor
 from typing import Any
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
-from haverify.evidence.certificate import certificate, run_json
+from haverify.analyses.flow_record import flow_json, halves, record_name
+from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.flowpipe import Stretch, flowpipe_json
 from haverify.evidence.run import Run
@@ -24,9 +25,10 @@ from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
+from haverify.obligations.constants import params_of
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, flowpipe
+from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, enclosed, flowpipe
 from haverify.text.record import field as kept
 from haverify.text.record import holder, record
 
@@ -35,6 +37,8 @@ Json = Any
 METHOD = "taylor-reach"
 PIECES = 512  # boxes looked at for one claim, at most
 STEPS = 2000
+WORK = 24_000  # steps of all of them together; one in more than `FEW` variables counts as several
+FEW = 7
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 LOOKS = 64  # a step is at most this part of the horizon, so that what is watched is seen that closely
 UNLIMITED = (-1e300, 1e300)
@@ -70,7 +74,9 @@ class Question:
     atoms: list[Atom]
     limits: list[Pair]
     pieces: int = 0
+    work: Q = Q(0)
     reached: Q | None = None
+    trouble: str = ""
     shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
 
 
@@ -91,13 +97,17 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
     if isinstance(verdict, Unknown):
         return Evidence(verdict, parts, METHOD, flowpipe=shown)
     known = hashes(spec, automaton, core)
-    entries = []
-    for goal, (_, entry, _, _, _) in zip(claim.goals, goals, strict=True):
+    entries, cells = [], dict[str, Json]()
+    for number, (goal, (_, entry, _, _, _)) in enumerate(zip(claim.goals, goals, strict=True)):
         digest = known.part(known.goal(claim, goal), "flow", model.mode.name, "")
         entries.append({**entry, "hash": digest} if entry else {})
+        if "flow" in entry:
+            name = entries[-1]["flow"] = record_name(claim.name, number)
+            cells[name] = entry["flow"]
     word = "proved" if isinstance(verdict, Proved) else "refuted"
     run = next((r for _, _, r, _, _ in goals if r is not None), None)
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run, flowpipe=shown)
+    made = certificate(claim.name, word, entries, None)
+    return Evidence(verdict, parts, METHOD, made, cells, run=run, flowpipe=shown)
 
 
 def _combined(verdicts: Sequence[Verdict]) -> Verdict:
@@ -140,25 +150,55 @@ def _seen(question: Question, s: Segment) -> list[Pair]:
 
 def _answered(question: Question, goal: Goal) -> tuple[Verdict, Json, Run | None, str]:
     is_reach = goal.kind == "can_reach"
-    has_start, run = _violating(question)
+    start, run = _violating(question)
     if run is not None:
         text = "a run reaches it" if is_reach else "violated"
-        return (Proved() if is_reach else Refuted(), {"kind": "flow_run", "run": run_json(run)}, run, text)
-    if not has_start:
-        return Unknown("vacuous", "no start was found that is certainly admissible"), {}, None, ""
+        given = {**dict(run.values), **dict(run.params), "time": Q(0)}
+        point = tuple((given[n], given[n]) for n in question.model.names)
+        entry = {"kind": "flow_run", "run": run_json(run), **_recorded(question, run.last, [point], [point])}
+        return (Proved() if is_reach else Refuted(), entry, run, text)
+    if start is None:
+        return _without_start(question), {}, None, ""
     proof = _proved(question)
     if proof is None:
         return _undecided(question), {}, None, ""
-    entry = {"kind": "flowpipe", "pieces": len(proof)}
+    model, last = question.model, question.asked.last
+    recorded = _recorded(question, last, model.boxes, list(proof))
+    entry = {"kind": "flowpipe", "start": _start_json(model, start), **recorded}
+    pipes = list(proof.values())
     if is_reach:
         return Refuted(), entry, None, "never reached"
-    return Proved(_margin(question, proof)), entry, None, "holds along every flowpipe"
+    return Proved(_margin(question, pipes)), entry, None, "holds along every flowpipe"
+
+
+def _recorded(question: Question, until: Q, boxes: Sequence[Box], pieces: Sequence[Box]) -> Json:
+    """What the second checker needs to show the same, if it can be recorded."""
+    is_point = all(low == high for low, high in pieces[0])
+    settings = _settings(question, pieces[0], is_point)
+    found = flow_json(question.model, question.field, max(until, INSTANT), boxes, pieces, settings)
+    return {} if found is None else {"flow": found}
+
+
+def _start_json(model: FlowModel, start: Sequence[Q]) -> Json:
+    """An admissible start; params that nothing reads have any value in their range."""
+    count = len(model.automaton.vars)
+    params = {p.name: model.values.interval(p.range)[0] for p in params_of(model.spec, model.automaton)}
+    known = {n: q for n, q in zip(model.names[count:], start[count:], strict=True) if n != "time"}
+    return start_json(model.mode.name, dict(zip(model.names[:count], start[:count], strict=True)), {**params, **known})
+
+
+def _without_start(question: Question) -> Unknown:
+    if question.trouble:
+        return Unknown("budget", f"the flow could not be followed from any start that was tried: {question.trouble}")
+    return Unknown("vacuous", "no start was found that is certainly admissible")
 
 
 def _undecided(question: Question) -> Unknown:
     at = question.reached
     reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
-    reason = f"{question.pieces} flowpipes did not show it, and no run that violates it was found"
+    count = f"{question.pieces} flowpipes" if question.pieces > 1 else "a flowpipe"
+    reason = f"{count} did not show it, and no run that violates it was found"
+    reason += f"; the last one ended early: {question.trouble}" if question.trouble else ""
     return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
 
 
@@ -172,6 +212,8 @@ def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
     outputs = [watch.add(a.quantity) for a in atoms]
     limits = _limits(asked.claim)
     limits += [UNLIMITED] * (len(atoms) - len(limits))
+    for q in (asked.last, *(end for box in model.boxes for ends in box for end in ends)):
+        enclosed(q)
     return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
 
 
@@ -289,57 +331,46 @@ def _open(question: Question, pipe: Pipe) -> Segment | None:
     return None
 
 
-def _proved(question: Question) -> list[Pipe] | None:
+def _proved(question: Question) -> dict[Box, Pipe] | None:
     """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed."""
     waiting = list(question.model.boxes)
-    found: list[tuple[Box, Pipe]] = []
+    found: dict[Box, Pipe] = {}
     while waiting:
         box = waiting.pop()
-        if question.pieces >= PIECES:
+        if question.pieces >= PIECES or question.work >= WORK:
             return None
         question.pieces += 1
         pipe = _pipe(question, box, _settings(question, box, is_point=False))
+        question.work += len(pipe.segments) * max(Q(1), Q(len(box), FEW) ** 2)
         question.shown = question.shown or [(box, pipe)]
         undecided = _open(question, pipe)
         if undecided is None and not pipe.trouble:
-            found.append((box, pipe))
+            found[box] = pipe
             continue
         _note(question, pipe, undecided)
-        halves = _halved(box)
-        if halves is None:
+        if all(low == high for low, high in box):
             return None
-        waiting += halves
-    question.shown = found
-    return [pipe for _, pipe in found]
+        waiting += halves(box)[:0:-1]
+    question.shown = list(found.items())
+    return found
 
 
 def _note(question: Question, pipe: Pipe, undecided: Segment | None) -> None:
     """How far it was shown: the least over the pieces that are open now."""
     end = undecided.start[0] if undecided is not None else pipe.segments[-1].end if pipe.segments else 0.0
-    question.reached = Q(end)
+    question.reached, question.trouble = Q(end), pipe.trouble
 
 
-def _halved(box: Box) -> list[Box] | None:
-    """The box cut in two across its widest side; None if it is a point."""
-    widths = [high - low for low, high in box]
-    v = max(range(len(box)), key=lambda i: widths[i] / (1 + abs(box[i][0] + box[i][1]) / 2))
-    if widths[v] == 0:
-        return None
-    low, high = box[v]
-    middle = (low + high) / 2
-    return [(*box[:v], (middle, high), *box[v + 1 :]), (*box[:v], (low, middle), *box[v + 1 :])]
-
-
-def _violating(question: Question) -> tuple[bool, Run | None]:
-    """Whether a start is certainly admissible; a run that certainly violates the claim, from a middle or a corner."""
-    has_start = False
+def _violating(question: Question) -> tuple[tuple[Q, ...] | None, Run | None]:
+    """A start that is certainly admissible; a run that certainly violates the claim, from a middle or a corner."""
+    start = None
     for box in question.model.boxes:
         for point in _points(box):
             is_admissible, at = _violated_at(question, point)
-            has_start = has_start or is_admissible
+            start = point if start is None and is_admissible else start
             if at is not None:
-                return True, _run(question.model, point, at)
-    return has_start, None
+                return point, _run(question.model, point, at)
+    return start, None
 
 
 def _points(box: Box) -> Iterator[tuple[Q, ...]]:
@@ -362,7 +393,19 @@ def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None
         if low <= high and claim is False:
             question.shown = [(box, pipe)]
             return True, _simplest(low, high)
+    if not pipe.segments:
+        question.trouble = pipe.trouble
     return bool(pipe.segments), None
+
+
+def violating_from(model: FlowModel, claim: Claim, goal: Goal, point: Sequence[Q]) -> Q | None:
+    """An instant at which the run from a point (in the order of the model's names) certainly violates an `always` goal.
+
+    Raises
+    ------
+    OutsideFragmentError    if the goal is none that flowpipes speak of
+    """
+    return _violated_at(_question(model, claim, goal), point)[1]
 
 
 def _simplest(low: Q, high: Q) -> Q:
@@ -377,11 +420,9 @@ def _simplest(low: Q, high: Q) -> Q:
 
 
 def _run(model: FlowModel, point: Sequence[Q], at: Q) -> Run:
-    count = len(model.automaton.vars)
-    values = tuple(zip(model.names[:count], point[:count], strict=True))
-    pairs = zip(model.names[count:], point[count:], strict=True)
-    params = tuple((n, q) for n, q in pairs if n != "time")
-    return Run(model.mode.name, values, params, (), at)
+    start = _start_json(model, point)
+    values, params = ({n: Q(q) for n, q in start[key].items()} for key in ("values", "params"))
+    return Run(model.mode.name, tuple(values.items()), tuple(params.items()), (), at)
 
 
 def _margin(question: Question, proof: Sequence[Pipe]) -> Margin | None:

@@ -172,6 +172,8 @@ def moments_met(setting: Setting, condition: Expr, explorer: Explorer, node: Nod
     if folded.op == "false":
         return
     f = conjunction([stronger(model.timed_scope(state.mode).formula(folded), PI), setting.timing()])
+    if f is False:
+        return
     stay = explorer.motion.stay(state, explorer.view(state))
     if stay is not None:
         for stretch in stretches(explorer.motion.along(f, state), stay[0]):

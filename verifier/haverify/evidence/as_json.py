@@ -10,7 +10,7 @@ from typing import Any
 
 from haverify.evidence.evidence import Evidence, PartResult, Rounding, Sensitivity
 from haverify.evidence.network_run import Moment, NetworkRun
-from haverify.evidence.run import Run, Step
+from haverify.evidence.run import Passage, Run, Step
 from haverify.evidence.verdict import Margin, Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
 
@@ -125,15 +125,23 @@ def _run_to(run: Run | None) -> Any:
     if run is None:
         return None
     steps = [[rational_text(s.dwell), s.edge, _values_to(s.values)] for s in run.steps]
-    return [run.mode, _values_to(run.values), _values_to(run.params), steps, rational_text(run.last)]
+    path = [[p.mode, p.edge, list(p.time), [list(v) for v in p.values]] for p in run.path]
+    return [run.mode, _values_to(run.values), _values_to(run.params), steps, rational_text(run.last), path]
 
 
 def _run_from(value: Any) -> Run | None:
     if value is None:
         return None
-    mode, values, params, steps, last = value
+    mode, values, params, steps, last, path = value
     walked = tuple(Step(_fraction(dwell), int(edge), _values_from(chosen)) for dwell, edge, chosen in steps)
-    return Run(_text(mode), _values_from(values), _values_from(params), walked, _fraction(last))
+    passed = tuple(_passage_from(p) for p in path)
+    return Run(_text(mode), _values_from(values), _values_from(params), walked, _fraction(last), passed)
+
+
+def _passage_from(value: Any) -> Passage:
+    mode, edge, time, values = value
+    ends = tuple((_text(name), float(low), float(high)) for name, low, high in values)
+    return Passage(_text(mode), None if edge is None else _text(edge), (float(time[0]), float(time[1])), ends)
 
 
 def _trace_to(run: NetworkRun | None) -> Any:

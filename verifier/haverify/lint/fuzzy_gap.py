@@ -30,13 +30,18 @@ def gaps(i: FuzzyInput) -> Iterator[Gap]:
     """Maximal intervals of the input's range in which every term is 0."""
     if i.low is None or i.high is None or i.low > i.high:
         return
+    from haverify.analyses.fuzzy_systems import membership
+    from haverify.analyses.regions import named, value_at
+
+    degrees = [membership(t, named(i.name)) for t in i.terms]
     corners = sorted({i.low, i.high} | {c for t in i.terms for c in t.corners if i.low < c < i.high})
     cells: list[Gap] = [(corners[0], True, corners[0], True)]
     for a, b in pairwise(corners):
         cells += [(a, False, b, False), (b, True, b, True)]
     open_: Gap | None = None
     for cell in cells:
-        if _is_covered(i, (cell[0] + cell[2]) / 2):
+        middle = {i.name: (cell[0] + cell[2]) / 2}
+        if any(value_at(d, middle) > 0 for d in degrees):
             if open_ is not None:
                 yield open_
             open_ = None
@@ -44,13 +49,6 @@ def gaps(i: FuzzyInput) -> Iterator[Gap]:
             open_ = cell if open_ is None else (*open_[:2], *cell[2:])
     if open_ is not None:
         yield open_
-
-
-def _is_covered(i: FuzzyInput, at: Fraction) -> bool:
-    from haverify.analyses.fuzzy_systems import membership
-    from haverify.analyses.regions import named, value_at
-
-    return any(value_at(membership(t, named(i.name)), {i.name: at}) > 0 for t in i.terms)
 
 
 def _text(i: FuzzyInput, gap: Gap) -> str:

@@ -54,8 +54,8 @@ def _may_hold(premise: Expr, frame: Frame, mode: Mode) -> bool:
         return True
     if not folded or () in folded:
         return bool(folded)
-    answer = decide([Condition(premise, frame), Condition(mode.domain, frame, closed=True)])
-    return not isinstance(answer, Contradiction)
+    domain = [Condition(mode.domain, frame, closed=True)]
+    return any(not isinstance(decide(domain, case), Contradiction) for case in folded)
 
 
 def _finding(facts: Facts, claim: Claim, premise: Expr) -> Diagnostic:

@@ -10,7 +10,7 @@ Geometry", 2006, theorem 2.50 (Sturm).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from haverify.maths import bernstein
@@ -255,8 +255,11 @@ def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction)
     Soundness           exact and complete
     """
     parts = [square_free(p) if len(p) > 1 else p for p in polynomials]
-    known = [Fraction(-p[0], p[1]) for p in parts if len(p) == 2]
-    roots = [_known(r, known) for r in isolate(_square_free_product(parts), low, high)]
+    known = {Fraction(-p[0], p[1]) for p in parts if len(p) == 2}
+    if all(len(p) <= 2 for p in parts):
+        roots = [_point(x) for x in sorted(known) if low <= x <= high]
+    else:
+        roots = [_known(r, known) for r in isolate(_square_free_product(parts), low, high)]
     vectors: list[Piece] = []
     for x, is_root in _samples(roots, low, high):
         if x.low == x.high:
@@ -267,7 +270,7 @@ def sign_vectors(polynomials: Sequence[Integers], low: Fraction, high: Fraction)
     return vectors
 
 
-def _known(root: Root, known: Sequence[Fraction]) -> Root:
+def _known(root: Root, known: Iterable[Fraction]) -> Root:
     """The root as a number, where it is one of those that linear polynomials have."""
     return next((_point(x) for x in known if root.low < x < root.high), root)
 

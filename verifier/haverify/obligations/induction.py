@@ -292,4 +292,22 @@ class _Reading:
         if e.op not in NEGATED or self.scope.is_truth(e.children[0]):
             raise OutsideFragmentError(f"`{e.op}` as a truth value in a claim about a flow")
         op = NEGATED[e.op] if is_denied else e.op
-        return TRUE if self.is_closed and op == "!=" else Expr(CLOSED.get(op, op) if self.is_closed else op, e.args)
+        if self.is_closed:
+            op = CLOSED.get(op, op)
+        return TRUE if self.is_closed and op == "!=" else self.spread(op, *e.children)
+
+    def spread(self, op: str, a: Expr, b: Expr) -> Expr:
+        """A comparison, absolute values on its sides taken for the greater of two numbers."""
+        low, high = (b, a) if op[0] == ">" else (a, b)
+        if op in ("==", "!=") or "abs" not in (a.op, b.op):
+            return Expr(op, (a, b))
+        if any(e.op == "abs" and len(self.scope.cases(e.children[0])) > 1 for e in (a, b)):
+            raise OutsideFragmentError("`abs` of what has cases of its own, in a claim about a flow")
+        op = op.replace(">", "<")
+        rows = [[Expr(op, (x, y)) for y in _either(high)] for x in _either(low)]
+        alternatives = [row[0] if len(row) == 1 else Expr("or", tuple(row)) for row in rows]
+        return alternatives[0] if len(rows) == 1 else Expr("and", tuple(alternatives))
+
+
+def _either(e: Expr) -> tuple[Expr, ...]:
+    return (e.children[0], Expr("neg", (e.children[0],))) if e.op == "abs" else (e,)

@@ -32,6 +32,10 @@ class Premises:
                     found.append(member)
         return Premises(self.functions, tuple(found))
 
+    def conjunction(self) -> Formula:
+        """All of them."""
+        return conjunction(self.entries)
+
     def mapped(self, values: dict[str, Polynomial]) -> Premises:
         """All entries with names replaced; they keep their places."""
 

@@ -12,6 +12,7 @@ from haverify.report.exit_codes import MEANING, OK, UNDECIDED
 from haverify.report.figures import plots
 from haverify.report.figures.material import Figure, Material
 from haverify.report.figures.of_claims import of_claim
+from haverify.report.html import times
 from haverify.report.html.claims import badge, claim_section, figure
 from haverify.report.html.element import Html, cell, element, joined, table
 from haverify.report.html.findings import findings_section
@@ -24,7 +25,7 @@ from haverify.report.terminal import with_unit
 _CLAIMS = 860_000  # bytes of the page up to which claims are told of in full
 _FIGURES = 600_000  # and up to which they have figures
 _FULL = 850_000  # from here on nothing more is tried
-_ROWS, _INPUTS = 400, 60
+_INPUTS = 60
 
 _ROUNDING = {"proved": "holds", "refuted": "violated", "unknown": "unknown"}
 
@@ -77,13 +78,12 @@ def _verdicts(r: Report, anchors: Mapping[str, str]) -> Html:
     """The table of claims, those first that are not as expected."""
     if not r.claims:
         return Html("")
-    ordered = sorted(r.claims, key=lambda c: c.ok)
     has_rounding = any(c.rounding for c in r.claims)
     remark = "margin" if any(c.margin for c in r.claims) else "remark"
     head = ["claim", "verdict", "expected", remark, *(["rounding"] if has_rounding else []), "trust", "time"]
-    rows = [_row(c, anchors, has_rounding) for c in ordered[:_ROWS]]
+    rows = [_row(c, anchors, has_rounding) for c in times.in_table(r)]
     blocks = [element("h2", "Claims"), table(head, rows, "claims")]
-    left = len(ordered) - len(rows)
+    left = len(r.claims) - len(rows)
     blocks += [element("p", f"{left} more claims are in report.json.", kind="soft")] if left else []
     return element("section", *blocks)
 
@@ -99,7 +99,7 @@ def _row(c: Claim, anchors: Mapping[str, str], has_rounding: bool) -> list[Html]
     why = element("div", inline(clipped(remark, 160)), kind="soft small") if remark else Html("")
     cells.append(cell(with_unit(c.margin) if c.margin else "", at, why, kind="room"))
     cells += [cell(_ROUNDING[c.rounding.verdict] if c.rounding else "", kind="n rounding")] if has_rounding else []
-    return [*cells, cell(c.trust or "", kind="n"), cell(f"{c.wall_s:.2f} s", kind="time")]
+    return [*cells, cell(c.trust or "", kind="n"), cell(times.of_claim(c), kind="time")]
 
 
 def _model(figures: Sequence[Figure]) -> Html:
@@ -155,7 +155,7 @@ def _repeat(r: Report) -> Html:
 
 
 def _footer(r: Report) -> Html:
-    took = element("b", f"{r.wall_s:.1f} s, {r.cpu_s:.1f} s of processor time", kind="time")
+    took = element("b", times.of_report(r), kind="time")
     said = "A margin is the signed distance to the bound, in its unit; times are wall-clock times of the engines. "
     more = "Exact numbers are in report.json, certificates beside it. Figures illustrate; nothing rests on them. Took "
     return joined([element("footer", said, more, took, ".")])

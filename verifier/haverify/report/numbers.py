@@ -40,3 +40,14 @@ def ends(m: Margin) -> tuple[Fraction, Fraction] | None:
     except (ValueError, ZeroDivisionError):
         return None
     return (numbers[0], numbers[-1]) if numbers[0] <= numbers[-1] else None
+
+
+def agreed(low: float, high: float) -> str:
+    """A number between two ends to the digits they agree on, or both ends where they agree on none."""
+    for digits in range(9, 0, -1):
+        first, last = (f"{x:.{digits}g}" for x in (low, high))
+        if first == last:
+            return "0" if float(first) == 0 else first
+    if max(abs(low), abs(high)) < 1e-6:
+        return "0"
+    return f"{low:.3g} to {high:.3g}"

@@ -15,7 +15,7 @@ from haverify.model.expression import Expr
 from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.report import report
-from haverify.report.numbers import decimal
+from haverify.report.numbers import agreed, decimal
 from haverify.report.values import shown
 from haverify.text.record import record
 
@@ -39,6 +39,8 @@ class _Scope:
 
 def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
     """The run with its modes, edges, instants and states; it ends early where a value is no rational."""
+    if run.path:
+        return _enclosed(spec, automaton, run, violation)
     modes, edges, times, states = [run.mode], list[str](), [Fraction(0)], [dict(run.values)]
     try:
         for step in run.steps:
@@ -53,6 +55,27 @@ def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | 
     variables = {v.name: v for v in automaton.vars}
     told = [{name: shown(spec, variables[name], q) for name, q in state.items()} for state in states]
     return _shown(modes, edges, times, states, told, run, _units(spec, automaton), violation)
+
+
+def _enclosed(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
+    """A run along flows: its start exactly, what comes later to as many digits as its enclosures agree on."""
+    modes = [p.mode for p in run.path[:-1]]
+    edges = [p.edge for p in run.path[1:-1] if p.edge is not None]
+    start = dict(run.values)
+    variables = {v.name: v for v in automaton.vars}
+    told = [{name: shown(spec, variables[name], q) for name, q in start.items()}]
+    told += [{name: agreed(low, high) for name, low, high in p.values} for p in run.path[1:]]
+    return report.Run(
+        mode_path=modes,
+        edges=edges,
+        times=["0"],
+        times_decimal=["0", *(agreed(*p.time) for p in run.path[1:])],
+        states=[{name: rational_text(q) for name, q in start.items()}],
+        states_decimal=told,
+        params={name: rational_text(q) for name, q in run.params},
+        units={n: u for n, u in _units(spec, automaton).items() if n in start or n in dict(run.params)},
+        violation=violation,
+    )
 
 
 def _units(spec: Spec, automaton: HybridAutomaton) -> dict[str, str]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-from datetime import date
+from collections.abc import Mapping
 from itertools import pairwise
+from json import loads
+from json.encoder import encode_basestring
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ _HEAD = """\
 version = 1
 """
 
+_LINE = re.compile(r'^(\w+) = ("[^\n]*"|\[[^]]*\n\])$', re.MULTILINE)
 _FINDING_KEYS = ("spec", "code", "key", "text", "reason")
 
 
@@ -43,23 +46,48 @@ def read(path: Path) -> tuple[Baseline, Source]:
     ------
     UsageError      if it is no lock file of version 1
     """
-    import tomllib
-
     shown = os.path.relpath(path)
     try:
         text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as e:
+        raise UsageError(f"{shown}: cannot be read as a lock file: {e}") from e
+    found = _as_written(shown, text)
+    return (_parsed(shown, text) if found is None or written(found) != text else found), Source.of_text(shown, text)
+
+
+def _as_written(shown: str, text: str) -> Baseline | None:
+    """The entries of a text that is what `written` makes of them, else anything: a guess, much faster than a parser."""
+    content: dict[str, list[dict[str, Any]]] = {}
+    try:
+        for block in text.split("\n[[")[1:]:
+            kind, _, lines = block.partition("]]\n")
+            entry = {key: loads(value) for key, value in _LINE.findall(lines.replace(",\n]", "\n]"))}
+            content.setdefault(kind, []).append(entry)
+        return _entries(shown, text, content)
+    except (KeyError, TypeError, ValueError, RecursionError):
+        return None
+
+
+def _parsed(shown: str, text: str) -> Baseline:
+    import tomllib
+
+    try:
         content = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as e:
+    except (tomllib.TOMLDecodeError, RecursionError) as e:
         raise UsageError(f"{shown}: cannot be read as a lock file: {e}") from e
     if content.get("version") != 1 or not content.keys() <= {"version", "finding", "refuted"}:
         raise UsageError(f"{shown}: not a lock file of version 1")
-    places = {kind: _places(shown, text, kind) for kind in ("finding", "refuted")}
     try:
-        findings = tuple(_finding(e, s) for e, s in zip(content.get("finding", []), places["finding"], strict=True))
-        refuted = tuple(_refuted(e, s) for e, s in zip(content.get("refuted", []), places["refuted"], strict=True))
+        return _entries(shown, text, content)
     except (KeyError, TypeError, ValueError, AttributeError) as e:
         raise UsageError(f"{shown}: an entry is not as `haverify accept` writes it: {e}") from e
-    return Baseline(findings, refuted), Source.of_text(shown, text)
+
+
+def _entries(shown: str, text: str, content: Mapping[str, Any]) -> Baseline:
+    places = {kind: _places(shown, text, kind) for kind in ("finding", "refuted")}
+    findings = tuple(_finding(e, s) for e, s in zip(content.get("finding", []), places["finding"], strict=True))
+    refuted = tuple(_refuted(e, s) for e, s in zip(content.get("refuted", []), places["refuted"], strict=True))
+    return Baseline(findings, refuted)
 
 
 def _places(path: str, text: str, kind: str) -> list[Span]:
@@ -69,9 +97,11 @@ def _places(path: str, text: str, kind: str) -> list[Span]:
 
 
 def _finding(entry: dict[str, Any], span: Span) -> FindingEntry:
-    expires = entry.get("expires")
-    if expires is not None and type(expires) is not date:
-        raise ValueError(f"expires is {expires!r}, not a date")
+    if (expires := entry.get("expires")) is not None:
+        from datetime import date
+
+        if type(expires) is not date:
+            raise ValueError(f"expires is {expires!r}, not a date")
     spec, code, key, text, reason = (_text(entry, name) for name in _FINDING_KEYS)
     return FindingEntry(spec, code, key, text, reason, expires, span)
 
@@ -112,9 +142,7 @@ def refuted_text(e: RefutedEntry) -> str:
 
 def quoted(text: str) -> str:
     """A TOML string in double quotes."""
-    from json import dumps
-
-    return dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return encode_basestring(text).replace("\x7f", "\\u007f")
 
 
 def write(path: Path, baseline: Baseline) -> None:

@@ -1,56 +1,63 @@
-"""`index.html` of a report folder; its figures are drawn once for the same facts."""
+"""`index.html` of a report folder; the same facts are told and drawn once."""
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator
+from itertools import chain, zip_longest
+from typing import TYPE_CHECKING, Any
 
-from haverify.report.as_html import as_html
-from haverify.report.figures.material import Figure, Material
-from haverify.report.report import Report
+from haverify.report.html import times
 from haverify.run import cache
 from haverify.run.keys import code_hash, digest
-from haverify.run.material import material
 
-_SCHEMA = "haverify.figures/1"
-_TIMES = re.compile(r'"(?:wall|cpu)_s": [^\n]*')
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from haverify.report.report import Report
+
+_SCHEMA = "haverify.page/1"
 
 
 def page(report: Report, folder: Path, text: str, use_cache: bool) -> str:
-    """The page of a report whose `report.json` is `text`; with `use_cache`, figures are kept between runs.
+    """The page of a report whose `report.json` is `text`; with `use_cache`, it is kept between runs but for its times.
 
-    They are drawn from the report's facts (its hash covers the core), the cells and haverify's own code: the same key
-    means the same figures. Nothing rests on them.
+    It is made of the report's facts (its hash covers the core), cells, flowpipes and haverify's own code: the same key
+    means the same page. Nothing rests on it.
     """
-    drawn_from = material(folder)
     if not use_cache:
-        return as_html(report, drawn_from)
-    key = digest([_SCHEMA, code_hash(), _TIMES.sub("", text), drawn_from.cells, drawn_from.flowpipes])
-    known = _known(cache.load(key))
-    drawn_from.figures.update(known or {})
-    html = as_html(report, drawn_from)
-    if known is None:
-        cache.store(key, {"schema": _SCHEMA, "figures": _plain(drawn_from)})
+        return _made(report, folder)
+    facts = re.sub(r'"(?:wall|cpu)_s": [^\n]*', "", text)
+    key = digest([_SCHEMA, code_hash(), facts, *_drawn_from(folder)])
+    told = times.all_of(report)
+    known = _pieces(cache.load(key), len(told))
+    if known:
+        return "".join(chain.from_iterable(zip_longest(known, told, fillvalue="")))
+    html = _made(report, folder)
+    cache.store(key, {"schema": _SCHEMA, "page": re.split(r'(?<= class="time">)[^<]*', html)})
     return html
 
 
-def _plain(drawn: Material) -> dict[str, list[list[str | None]]]:
-    return {k: [[f.name, f.title, f.caption, f.svg, f.claim] for f in fs] for k, fs in drawn.figures.items()}
+def _made(report: Report, folder: Path) -> str:
+    from haverify.report.as_html import as_html
+    from haverify.run.material import material
+
+    return as_html(report, material(folder))
 
 
-def _known(value: Any) -> dict[str, list[Figure]] | None:
-    """The figures that a file of the cache holds; None where it is no such file."""
-    if not isinstance(value, dict) or value.get("schema") != _SCHEMA:
-        return None
-    try:
-        return {key: [_figure(f) for f in figures] for key, figures in value["figures"].items()}
-    except (KeyError, TypeError, ValueError, AttributeError):
-        return None
+def _drawn_from(folder: Path) -> Iterator[list[str]]:
+    """The files of cells and flowpipes, by name, with their hashes."""
+    for within in ("certificates/cells", "flowpipes"):
+        at = os.path.join(folder, within)
+        for name in sorted(os.listdir(at)) if os.path.isdir(at) else ():
+            with open(os.path.join(at, name), "rb") as file:
+                yield [within, name, hashlib.sha256(file.read()).hexdigest()]
 
 
-def _figure(value: Any) -> Figure:
-    name, title, caption, svg, claim = value
-    if not all(isinstance(x, str) for x in (name, title, caption, svg)) or not isinstance(claim, str | None):
-        raise ValueError(value)
-    return Figure(name, title, caption, svg, claim)
+def _pieces(value: Any, count: int) -> list[str] | None:
+    """What stands around the times, where the cache holds it."""
+    pieces = value.get("page") if isinstance(value, dict) and value.get("schema") == _SCHEMA else None
+    is_page = isinstance(pieces, list) and len(pieces) == count + 1 and all(isinstance(p, str) for p in pieces)
+    return pieces if is_page else None

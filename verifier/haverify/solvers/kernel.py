@@ -17,10 +17,19 @@ from haverify.text.record import field, holder, record
 Operation = tuple[str, int, int]
 Pair = tuple[float, float]
 Listing = tuple[list[Operation], list[Pair], list[int]]
+# A condition, the operator before its members: `all`, `any` with their number, `true`, `false`, or a comparison with
+# zero and the position of its quantity.
+Words = list[tuple[str, int]]
+Comparisons = list[tuple[int, str]]
+# Target, urgent, guard, reset, choices, quantities of the landing, the claim on these.
+EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
+# Field, watched quantities, domain, claim, window, edges.
+ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, list[EdgeListing]]
 
 _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
 _HIGHEST_POWER = 64
+_LARGEST = 2**1023
 
 
 @holder
@@ -138,7 +147,19 @@ def _expression(a: object) -> Expr:
 def _exact(e: Expr) -> Interval:
     if e.op == "pi":
         return _pi()
-    return Interval.at(Fraction(str(e.args[0])))
+    return enclosed(Fraction(str(e.args[0])))
+
+
+def enclosed(q: Fraction) -> Interval:
+    """The least interval around a number.
+
+    Raises
+    ------
+    OutsideFragmentError    if it is beyond the largest float
+    """
+    if abs(q) > _LARGEST:
+        raise OutsideFragmentError("a number beyond the largest float, 1.8e308")
+    return Interval.at(q)
 
 
 def _pi() -> Interval:
@@ -146,7 +167,7 @@ def _pi() -> Interval:
 
 
 def _scale(q: object, k: object) -> Interval:
-    return Interval.at(Fraction(str(q))) * _pi() ** int(str(k))
+    return enclosed(Fraction(str(q))) * _pi() ** int(str(k))
 
 
 @record
@@ -204,3 +225,123 @@ def flowpipe(
         (s.tolerance, s.first, s.longest, s.least),
     )  # fmt: skip
     return Pipe([Segment(*row) for row in rows], trouble, last)
+
+
+Step = tuple[float, list[list[list[float]]]]  # length; by variable and power of time the coefficients of the monomials
+
+
+def flow_record(
+    flow: Listing, box: Sequence[Pair], horizon: Interval, settings: Settings
+) -> tuple[list[list[int]], list[Step]]:
+    """The polynomials of a flowpipe, for a second checker: the exponents of their monomials, and each step.
+
+    The set variables are the wide ones of the box, in order, each in [-1, 1].
+
+    Raises
+    ------
+    Fault               if the horizon is not reached
+    """
+    s = settings
+    return _kernel.flow_record(
+        flow, list(box), (horizon.low, horizon.high), (s.order, s.degree, s.steps),
+        (s.tolerance, s.first, s.longest, s.least),
+    )  # fmt: skip
+
+
+@record
+class Judgement:
+    """What is known of a claim: it holds (fails) wherever it is asked; instants at which all runs meet (violate) it."""
+
+    holds: bool
+    fails: bool
+    met: Pair | None
+    violated: Pair | None
+
+
+@record
+class Jump:
+    """The jump that begins a stretch: edge (as the mode lists them), instants, states before and after, the claim."""
+
+    edge: int
+    time: Pair
+    before: list[Pair]
+    after: list[Pair]
+    claim: Judgement
+
+
+@record
+class Stage:
+    """One step of a stretch: instants, states, watched quantities, the claim, whether the window is certainly kept."""
+
+    time: Pair
+    states: list[Pair]
+    watched: list[Pair]
+    claim: Judgement
+    keeps_window: bool
+
+
+@record
+class Stretch:
+    """Flow in one mode between jumps. `parent` is the number of the stretch it comes from.
+
+    It is certain if all the runs it encloses exist. `end` is `horizon`, `answered`, `jumped`, `left` (runs may have
+    left the domain without a jump), `cut` (its set goes on in two stretches), `jumps` (beyond the budget), or a reason.
+    """
+
+    parent: int | None
+    mode: int
+    jumps: int
+    is_certain: bool
+    jump: Jump | None
+    stages: list[Stage]
+    end: str
+
+
+@record
+class Budget:
+    """How many jumps a run, stretches an analysis, cuts a path may have."""
+
+    jumps: int
+    stretches: int
+    cuts: int
+
+
+def reach(
+    modes: Sequence[ModeListing],
+    start: tuple[int, list[Pair], list[tuple[int, str]]],
+    horizon: float,
+    until: str,
+    settings: Settings,
+    budget: Budget,
+) -> list[Stretch]:
+    """The tree of stretches that encloses all runs from a box in a mode, up to a horizon.
+
+    `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly. `until` is
+    `horizon`, `met` or `violated`: where the following of a stretch may stop.
+
+    Raises
+    ------
+    Fault               if the floating-point unit does not round to nearest, or the call is malformed
+
+    Soundness           every run is in one path of the tree as long as the path goes on
+    """
+    s = settings
+    found = _kernel.reach(
+        modes, start, horizon, until, (s.order, s.degree, s.steps, s.depth), (s.tolerance, s.first, s.longest, s.least),
+        (budget.jumps, budget.stretches, budget.cuts),
+    )  # fmt: skip
+    return [_stretch(*row) for row in found]
+
+
+def _stretch(
+    parent: int | None,
+    mode: int,
+    jumps: int,
+    certain: bool,
+    jump: _kernel.JumpRow | None,
+    stages: list[_kernel.StepRow],
+    end: str,
+) -> Stretch:
+    made = None if jump is None else Jump(jump[0], jump[1], jump[2], jump[3], Judgement(*jump[4]))
+    passed = [Stage(t, states, watched, Judgement(*claim), kept) for t, states, watched, claim, kept in stages]
+    return Stretch(parent, mode, jumps, certain, made, passed, end)

@@ -201,8 +201,15 @@ def _number(e: Expr, _frame: Frame) -> list[Term]:
 
 
 def _term_const(e: Expr, frame: Frame) -> list[Term]:
+    """The value of a constant, the same in all modes: worked out once."""
     found = frame.scope.constants.get(e.name)
-    return _stand_in(e, frame) if found is None or isinstance(found.value, Range) else terms(found.value, frame)
+    if found is None or isinstance(found.value, Range):
+        return _stand_in(e, frame)
+    known, place = frame.scope.known, ("", e.name)  # no mode is called like that
+    if place not in known:
+        known[place] = terms(found.value, frame)
+    value: list[Term] = known[place]
+    return value
 
 
 def _term_let(e: Expr, frame: Frame) -> list[Term]:

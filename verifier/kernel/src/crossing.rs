@@ -61,7 +61,7 @@ impl Flow<'_> {
     /// The crossing of a quantity that has not been beyond zero before the step, if the whole set makes it within the
     /// step, and its rate has one sign until then.
     pub(crate) fn crossing(&self, step: &Step, quantity: &Tape, is_rising: bool) -> Result<Option<Crossing>, Fault> {
-        let Some(first) = self.root(step, quantity, is_rising) else { return Ok(None) };
+        let Some(first) = self.root(step, quantity, is_rising, step.h) else { return Ok(None) };
         let Some(instant) = self.refined(step, quantity, first) else { return Ok(None) };
         let reached = self.space.range(&instant)?;
         if reached.low() < 0.0 || reached.high() > step.h {
@@ -89,8 +89,15 @@ impl Flow<'_> {
         Ok(Some(Crossing { instant, states: moved }))
     }
 
-    /// An instant near the root of the run from the middle of the set; nothing depends on its precision.
-    fn root(&self, step: &Step, quantity: &Tape, is_rising: bool) -> Option<f64> {
+    /// About when the states of the set make a crossing, which may be after the step; nothing depends on it being right.
+    pub(crate) fn approach(&self, step: &Step, quantity: &Tape, is_rising: bool) -> Option<Model> {
+        let ends = [1.0, 2.0, 4.0, 8.0, 16.0].map(|factor| factor * step.h);
+        let first = ends.into_iter().find_map(|end| self.root(step, quantity, is_rising, end))?;
+        self.refined(step, quantity, first)
+    }
+
+    /// An instant before `end` near the root of the run from the middle of the set; nothing depends on its precision.
+    fn root(&self, step: &Step, quantity: &Tape, is_rising: bool, end: f64) -> Option<f64> {
         let sign = if is_rising { 1.0 } else { -1.0 };
         let at = |t: f64| -> Option<f64> {
             let value = |series: &Vec<Model>| series.iter().rev().fold(0.0, |sum, m| sum * t + m.coefficients[0]);
@@ -98,7 +105,7 @@ impl Flow<'_> {
                 step.series().iter().map(|s| Interval::exactly(value(s))).collect::<Result<_, _>>().ok()?;
             Some(sign * values(&IntervalRing, quantity, &state).ok()?[0].midpoint())
         };
-        let (mut low, mut high) = (0.0, step.h);
+        let (mut low, mut high) = (0.0, end);
         if at(high)? < 0.0 {
             return None;
         }
@@ -118,7 +125,8 @@ impl Flow<'_> {
         let space = &self.space;
         let mut instant = space.number(first);
         for _ in 0..ROUNDS {
-            let states = self.states_at(step, &instant).ok()?;
+            let states: Vec<Model> =
+                step.series().iter().map(|s| self.along(s, &instant)).collect::<Result<_, _>>().ok()?;
             let value = values(space, quantity, &states).ok()?.swap_remove(0);
             let slope = rate(space, quantity, self.field(), &states).ok()?;
             let inverse = space.apply(Function::Reciprocal, &slope).ok()?;
@@ -128,11 +136,18 @@ impl Flow<'_> {
         Some(instant)
     }
 
+    /// A series at an instant that depends on the set variables, by Horner's scheme.
+    fn along(&self, series: &[Model], t: &Model) -> Result<Model, Fault> {
+        let (highest, rest) = series.split_last().ok_or(Fault::Unknown)?;
+        rest.iter()
+            .rev()
+            .try_fold(highest.clone(), |sum, coefficient| self.space.add(&self.space.mul(&sum, t)?, coefficient))
+    }
+
     /// The states at instants of the step that depend on the set variables.
     pub(crate) fn states_at(&self, step: &Step, t: &Model) -> Result<Vec<Model>, Fault> {
         let span = self.space.range(t)?;
         let last = span.powi(step.order() as i32 + 1)?;
-        let moved = self.moved_errors(step)?;
         let state = |v: usize| {
             let series = &step.series()[v];
             let (highest, rest) = series.split_last().ok_or(Fault::Unknown)?;
@@ -140,7 +155,7 @@ impl Flow<'_> {
                 .iter()
                 .rev()
                 .try_fold(highest.clone(), |sum, coefficient| self.space.add(&self.space.mul(&sum, t)?, coefficient))?;
-            self.space.shifted(&sum, last.mul(step.lagrange(v))?.add(Interval::symmetric(moved[v])?)?)
+            self.space.shifted(&sum, last.mul(step.lagrange(v))?.add(Interval::symmetric(step.moved(v))?)?)
         };
         (0..step.series().len()).map(state).collect()
     }

@@ -91,6 +91,8 @@ pub(crate) struct Step {
     series: Vec<Vec<Model>>,
     tube: Tube,
     transition: Vec<Vec<Model>>,
+    /// Bounds of what the errors at its start are at any of its instants.
+    moved: Vec<f64>,
 }
 
 /// A set on its way along a field.
@@ -142,6 +144,33 @@ pub fn flowpipe(
     Ok(pipe)
 }
 
+/// One step as a second integrator may check it: its length, and the series in time of every variable from its start.
+pub type Recorded = (f64, Vec<Vec<Model>>);
+
+/// The polynomials of a flowpipe: the exponents of their monomials, and the steps until the latest instant of `horizon`.
+/// They prove nothing by themselves: errors are left out.
+pub fn record(
+    field: &Tape,
+    start: &[Interval],
+    horizon: Interval,
+    settings: &Settings,
+) -> Result<(Vec<Vec<u8>>, Vec<Recorded>), Fault> {
+    let mut flow = Flow::new(field, Set::of_box(start, settings.degree), settings);
+    let (mut time, mut wanted) = (Interval::ZERO, settings.first_step.min(settings.longest_step));
+    let mut steps = Vec::new();
+    while horizon.high() > time.low() {
+        if steps.len() == settings.steps {
+            return Err(Fault::Step);
+        }
+        let left = horizon.high() - time.low();
+        let (step, next) = flow.step(if wanted < left { wanted } else { left.next_up() })?;
+        flow.land(&step)?;
+        (time, wanted) = (time.add(Interval::exactly(step.h)?)?, next);
+        steps.push((step.h, step.series));
+    }
+    Ok((flow.space.exponents, steps))
+}
+
 impl Step {
     /// The series in time by variable: coefficients that are models of the set.
     pub(crate) fn series(&self) -> &[Vec<Model>] {
@@ -151,6 +180,11 @@ impl Step {
     /// The coefficient of the term after the last of the series, at any instant of the step.
     pub(crate) fn lagrange(&self, v: usize) -> Interval {
         self.tube.lagrange[v]
+    }
+
+    /// Bounds of what the errors at the start of the step are at any instant of it.
+    pub(crate) fn moved(&self, v: usize) -> f64 {
+        self.moved[v]
     }
 
     pub(crate) fn order(&self) -> usize {
@@ -236,8 +270,9 @@ impl<'a> Flow<'a> {
                 continue;
             }
             let transition = self.transition(&tube, &tube.across, h)?;
+            let moved = tube.along.bounds(&self.errors.radii(self.centre.len()));
             return Ok((
-                Step { h, series, tube, transition },
+                Step { h, series, tube, transition, moved },
                 (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
             ));
         }
@@ -359,17 +394,15 @@ impl<'a> Flow<'a> {
         let order = self.settings.order;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
         let last = t.powi(order as i32 + 1)?;
-        let moved = self.moved_errors(step)?;
         let state = |v: usize| {
             let model = self.space.combination(&step.series[v], &powers)?;
-            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(moved[v])?)?)
+            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.moved[v])?)?)
         };
         (0..step.series.len()).map(state).collect()
     }
 
-    /// Bounds of what the errors at the start of the step are at any instant of it.
-    pub(crate) fn moved_errors(&self, step: &Step) -> Result<Vec<f64>, Fault> {
-        Ok(step.tube.along.bounds(&self.errors.radii(self.centre.len())))
+    pub(crate) fn settings(&self) -> &'a Settings {
+        self.settings
     }
 
     pub(crate) fn field(&self) -> &Tape {

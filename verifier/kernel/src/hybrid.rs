@@ -14,7 +14,7 @@ use crate::fault::Fault;
 use crate::flowpipe::{Flow, Settings, Step};
 use crate::interval::Interval;
 use crate::models::Model;
-use crate::series::{values, Tape};
+use crate::series::{values, Op, Tape};
 use crate::sets::Set;
 use crate::walk::{all, judged, leaves, ranges, Clock, Walk};
 use std::collections::VecDeque;
@@ -44,6 +44,8 @@ pub struct Edge {
 #[derive(Debug, Clone)]
 pub struct Mode {
     pub field: Tape,
+    /// The field times a further variable, which does not change.
+    pub paced: Tape,
     pub watch: Tape,
     /// Read as closed.
     pub domain: Guard,
@@ -51,6 +53,21 @@ pub struct Mode {
     /// Where runs are followed.
     pub window: Condition,
     pub edges: Vec<Edge>,
+}
+
+/// The field of a mode times a further variable, which follows the state and does not change.
+pub fn paced(field: &Tape) -> Result<Tape, Fault> {
+    let mut ops = field.ops.clone();
+    let pace = ops.len();
+    ops.push(Op::Variable(field.outputs.len()));
+    let mut outputs = Vec::with_capacity(field.outputs.len() + 1);
+    for &output in &field.outputs {
+        outputs.push(ops.len());
+        ops.push(Op::Mul(output, pace));
+    }
+    outputs.push(ops.len());
+    ops.push(Op::Constant(Interval::ZERO));
+    Tape::validated(ops, outputs, field.outputs.len() + 1)
 }
 
 /// When following may stop: never before the horizon, or where the claim certainly holds or fails.
@@ -75,8 +92,9 @@ pub struct Budget {
 pub struct Judgement {
     pub holds: bool,
     pub fails: bool,
-    /// Instants at which it certainly holds (fails) on all runs of the set, which certainly exist.
+    /// Instants at which it holds on all runs that are in the stretch.
     pub met: Option<Interval>,
+    /// Instants at which it fails on all of them, and there are such runs.
     pub violated: Option<Interval>,
 }
 
@@ -137,6 +155,7 @@ struct Waiting {
     cuts: usize,
     is_certain: bool,
     jump: Option<Jump>,
+    known: Guard,
 }
 
 /// A jump that was made, and where it led to.
@@ -157,18 +176,27 @@ struct Analysis<'a> {
     found: Vec<Stretch>,
 }
 
+/// Where runs start: a mode, a box, comparisons of watched quantities that hold there exactly.
+#[derive(Debug, Clone)]
+pub struct Start {
+    pub mode: usize,
+    pub sides: Vec<Interval>,
+    pub known: Guard,
+}
+
 /// Follow all runs from a box in a mode until the horizon.
 pub fn reach(
     modes: &[Mode],
-    start: (usize, &[Interval]),
+    start: &Start,
     horizon: f64,
     until: Until,
     settings: &Settings,
     budget: &Budget,
 ) -> Result<Vec<Stretch>, Fault> {
     check(modes, start)?;
-    let set = Set::of_box(start.1, settings.degree.max(1));
-    let first = Waiting { parent: None, mode: start.0, set, jumps: 0, cuts: 0, is_certain: true, jump: None };
+    let set = Set::of_box(&start.sides, settings.degree.max(1));
+    let known = start.known.clone();
+    let first = Waiting { parent: None, mode: start.mode, set, jumps: 0, cuts: 0, is_certain: true, jump: None, known };
     let waiting = VecDeque::from([first]);
     let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
     while let Some(next) = analysis.waiting.pop_front() {
@@ -183,8 +211,8 @@ pub fn reach(
 }
 
 /// Positions that do not exist are refused here, so that nothing panics later.
-fn check(modes: &[Mode], start: (usize, &[Interval])) -> Result<(), Fault> {
-    let n = start.1.len();
+fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
+    let n = start.sides.len();
     let within = |guard: &Guard, count: usize| guard.iter().all(|(at, _)| *at < count);
     let is_good = |m: &Mode| {
         let count = m.watch.outputs.len();
@@ -199,7 +227,8 @@ fn check(modes: &[Mode], start: (usize, &[Interval])) -> Result<(), Fault> {
             && m.claim.reach().max(m.window.reach()) <= count
             && m.edges.iter().all(edge)
     };
-    if start.0 < modes.len() && n > 0 && modes.iter().all(is_good) {
+    let knows = |m: &Mode| within(&start.known, m.watch.outputs.len());
+    if modes.get(start.mode).is_some_and(knows) && n > 0 && modes.iter().all(is_good) {
         Ok(())
     } else {
         Err(Fault::Unknown)
@@ -227,7 +256,7 @@ impl<'a> Analysis<'a> {
         let stretch = bare(&from, End::Steps);
         let flow = Flow::new(&mode.field, from.set, self.settings);
         let number = self.found.len();
-        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts };
+        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known };
         match self.walked(&mut walk) {
             Ok(end) => walk.stretch.end = end,
             Err(fault) => walk.stretch.end = End::Stopped(fault),
@@ -252,12 +281,16 @@ impl<'a> Analysis<'a> {
             if quiet >= step.h {
                 self.pass(walk, &step)?;
                 h = next;
+            } else if let Some(end) = self.crossed(walk, &step)? {
+                return Ok(end);
+            } else if walk.pace(&step)? {
+                // The same way again, at the new pace.
             } else if quiet > step.h / 16.0 {
                 h = next.min(step.h);
                 let step = walk.flow.shortened(step, quiet)?;
                 self.pass(walk, &step)?;
-            } else if let Some(end) = self.jumps(walk, step)? {
-                return Ok(end);
+            } else if !self.open_jumps(walk, &step)? {
+                return self.cut(walk);
             }
             if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
                 return Ok(End::Answered);
@@ -281,22 +314,6 @@ impl<'a> Analysis<'a> {
         Ok(())
     }
 
-    /// What happens in a step in which something may; the end of the stretch unless it goes on.
-    fn jumps(&mut self, walk: &mut Walk<'a>, step: Step) -> Result<Option<End>, Fault> {
-        if let Some(end) = self.crossed(walk, &step)? {
-            return Ok(Some(end));
-        }
-        if let Some(longer) = walk.longer(&step) {
-            if let Some(end) = self.crossed(walk, &longer)? {
-                return Ok(Some(end));
-            }
-        }
-        if self.open_jumps(walk, &step)? {
-            return Ok(None);
-        }
-        self.cut(walk).map(Some)
-    }
-
     /// The stretch ends where the whole set crosses the border of the domain, or that of an urgent guard.
     fn crossed(&mut self, walk: &mut Walk<'a>, step: &Step) -> Result<Option<End>, Fault> {
         for (quantity, is_rising) in walk.events() {
@@ -318,11 +335,12 @@ impl<'a> Analysis<'a> {
         is_rising: bool,
         found: &Crossing,
     ) -> Result<Option<End>, Fault> {
-        if !walk.is_quiet_before(step, &found.instant, quantity, is_rising, self.settings.depth + 2)? {
+        if !walk.is_quiet_before(step, &found.instant, (quantity, is_rising), self.settings.depth + 2)? {
             return Ok(None);
         }
         let enabled = walk.enabled(&found.states, quantity, is_rising)?;
-        let set = Set { space: walk.flow.space.clone(), models: found.states.clone() };
+        let state = found.states[..walk.mode.field.outputs.len()].to_vec();
+        let set = Set { space: walk.flow.space.clone(), models: state };
         let mut landings = Vec::new();
         for (edge, is_certain) in enabled {
             landings.extend(self.landing(walk, edge, &set, is_certain)?);
@@ -373,6 +391,7 @@ impl<'a> Analysis<'a> {
             cuts: walk.cuts,
             is_certain: landing.is_certain && walk.stretch.is_certain,
             jump: Some(landing.jump),
+            known: Vec::new(),
         });
     }
 
@@ -386,7 +405,9 @@ impl<'a> Analysis<'a> {
         walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
         for number in 0..walk.mode.edges.len() {
             let Some(part) = walk.possible(step, number, 0.0, step.h, depth)? else { continue };
-            let set = Set { space: walk.flow.space.clone(), models: walk.flow.states(step, part)? };
+            let mut models = walk.flow.states(step, part)?;
+            models.truncate(walk.mode.field.outputs.len());
+            let set = Set { space: walk.flow.space.clone(), models };
             if let Some(landing) = self.landing(walk, number, &set, false)? {
                 self.leave(walk, landing);
             }
@@ -400,7 +421,7 @@ impl<'a> Analysis<'a> {
         if walk.cuts >= self.budget.cuts {
             return Ok(End::Stopped(Fault::Crossing));
         }
-        let Some(halves) = walk.flow.set()?.halves() else { return Ok(End::Stopped(Fault::Crossing)) };
+        let Some(halves) = walk.set()?.halves() else { return Ok(End::Stopped(Fault::Crossing)) };
         for set in halves {
             self.waiting.push_back(Waiting {
                 parent: Some(walk.number),
@@ -410,6 +431,7 @@ impl<'a> Analysis<'a> {
                 cuts: walk.cuts + 1,
                 is_certain: walk.stretch.is_certain,
                 jump: None,
+                known: Vec::new(),
             });
         }
         Ok(End::Cut)

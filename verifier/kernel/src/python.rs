@@ -3,10 +3,11 @@
 use crate::condition::{Comparison, Condition};
 use crate::environment::guarded;
 use crate::fault::Fault as Why;
-use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
+use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
-use crate::hybrid::{reach as follow, Budget, Edge, Guard, Judgement, Mode, Stretch, Until};
+use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Until};
 use crate::interval::{Enclosure, Interval};
+use crate::models::Model;
 use crate::ratio;
 use crate::series::{Op, Tape};
 use num_bigint::BigInt;
@@ -158,8 +159,10 @@ fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
             claim: condition(&mut claim.iter(), 0)?,
         })
     };
+    let field = tape(field, variables)?;
     Ok(Mode {
-        field: tape(field, variables)?,
+        paced: paced(&field)?,
+        field,
         watch: tape(watch, variables)?,
         domain: guard(domain)?,
         claim: condition(&mut claim.iter(), 0)?,
@@ -212,6 +215,9 @@ fn stretch_row(s: &Stretch) -> StretchRow {
 
 /// A segment as Python gets it: where it starts, its length, the states, the watched quantities.
 type Row = (Pair, f64, Vec<Pair>, Vec<Pair>);
+
+/// A recorded step as Python gets it: its length, and for each variable the coefficients in time, polynomials themselves.
+type RecordRow = (f64, Vec<Vec<Vec<f64>>>);
 
 #[pymodule]
 mod _kernel {
@@ -287,13 +293,36 @@ mod _kernel {
         Ok((rows, end, pipe.last.as_deref().map(pairs).unwrap_or_default()))
     }
 
+    /// The polynomials of a flowpipe: the exponents of their monomials, and each step.
+    #[pyfunction]
+    fn flow_record(
+        py: Python<'_>,
+        field: Listing,
+        start: Vec<Pair>,
+        horizon: Pair,
+        order_degree_steps: (usize, usize, usize),
+        tolerance_first_longest_least: (f64, f64, f64, f64),
+    ) -> PyResult<(Vec<Vec<usize>>, Vec<RecordRow>)> {
+        let (order, degree, steps) = order_degree_steps;
+        let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
+        let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth: 0 };
+        let analysis = || {
+            let horizon = Interval::new(horizon.0, horizon.1)?;
+            record(&tape(&field, start.len())?, &intervals(&start)?, horizon, &settings)
+        };
+        let (exponents, found) = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        let coefficients = |series: Vec<Model>| series.into_iter().map(|m| m.coefficients).collect();
+        let rows = found.into_iter().map(|(h, x)| (h, x.into_iter().map(coefficients).collect())).collect();
+        Ok((exponents.into_iter().map(|e| e.into_iter().map(usize::from).collect()).collect(), rows))
+    }
+
     /// The tree of stretches that encloses all runs from a box in a mode; `until` is `horizon`, `met` or `violated`.
     #[pyfunction]
     #[allow(clippy::too_many_arguments)]
     fn reach(
         py: Python<'_>,
         modes: Vec<ModeListing>,
-        start: (usize, Vec<Pair>),
+        start: (usize, Vec<Pair>, Comparisons),
         horizon: f64,
         until: &str,
         order_degree_steps_depth: (usize, usize, usize, u32),
@@ -313,7 +342,8 @@ mod _kernel {
             };
             let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;
             let budget = Budget { jumps, stretches, cuts };
-            follow(&given, (start.0, &intervals(&start.1)?), horizon, until, &settings, &budget)
+            let start = Start { mode: start.0, sides: intervals(&start.1)?, known: guard(&start.2)? };
+            follow(&given, &start, horizon, until, &settings, &budget)
         };
         let found = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
         Ok(found.iter().map(stretch_row).collect())

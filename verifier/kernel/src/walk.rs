@@ -4,10 +4,14 @@ use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Step};
 use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch};
-use crate::interval::Interval;
+use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
-use crate::series::{values, Ring, Tape};
+use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
 use crate::sets::Set;
+use std::ops::Div;
+
+/// How often the pace of a stretch may be changed.
+const PACES: usize = 3;
 
 /// A stretch being followed.
 pub(crate) struct Walk<'a> {
@@ -16,6 +20,10 @@ pub(crate) struct Walk<'a> {
     pub(crate) flow: Flow<'a>,
     pub(crate) stretch: Stretch,
     pub(crate) cuts: usize,
+    /// How often the pace of the flow was made a function of the set.
+    pub(crate) paced: usize,
+    /// What holds exactly where the stretch starts.
+    pub(crate) known: Guard,
 }
 
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
@@ -60,12 +68,12 @@ pub(crate) fn ranges(set: &Set, models: &[Model]) -> Result<Vec<Interval>, Fault
     models.iter().map(|m| set.space.range(m)).collect()
 }
 
-/// The judgement on one instant or interval of which a claim has one truth.
+/// The judgement on one instant or interval of which a claim has one truth; only what is certain violates.
 pub(crate) fn judged(truth: Option<bool>, time: Interval, is_certain: bool) -> Judgement {
     Judgement {
         holds: truth == Some(true),
         fails: truth == Some(false),
-        met: (is_certain && truth == Some(true)).then_some(time),
+        met: (truth == Some(true)).then_some(time),
         violated: (is_certain && truth == Some(false)).then_some(time),
     }
 }
@@ -80,9 +88,40 @@ fn kept(domain: &Guard, values: &[Interval]) -> Option<Vec<Interval>> {
 }
 
 impl Walk<'_> {
+    /// The set at the start of the next step.
+    pub(crate) fn set(&self) -> Result<Set, Fault> {
+        let mut set = self.flow.set()?;
+        set.models.truncate(self.mode.field.outputs.len());
+        Ok(set)
+    }
+
     /// The time at the start of the next step.
     pub(crate) fn time(&self) -> Result<Interval, Fault> {
-        self.flow.set()?.hull()?.pop().ok_or(Fault::Unknown)
+        self.set()?.hull()?.pop().ok_or(Fault::Unknown)
+    }
+
+    /// Let the states of the set move at paces of their own, so that all come to the crossing of a quantity at about the
+    /// same instant. Paces are further variables that do not change, after those of the state.
+    pub(crate) fn pace(&mut self, step: &Step) -> Result<bool, Fault> {
+        let way = self
+            .events()
+            .into_iter()
+            .find_map(|(at, is_rising)| self.flow.approach(step, &self.quantity(at), is_rising));
+        let Some(way) = way.filter(|_| self.paced < PACES) else { return Ok(false) };
+        let longest = self.flow.space.range(&way)?;
+        if longest.low() <= 0.0 {
+            return Ok(false);
+        }
+        let mut set = self.set()?;
+        let inverse = Interval::exactly(1.0)?.div(Interval::exactly(longest.high())?)?;
+        let mut pace = set.space.scale(&way, inverse)?;
+        if let Some(known) = self.flow.set()?.models.get(set.models.len()) {
+            pace = set.space.mul(&pace, known)?;
+        }
+        set.models.push(pace);
+        self.flow = Flow::new(&self.mode.paced, set, self.flow.settings());
+        self.paced += 1;
+        Ok(true)
     }
 
     /// A watched quantity alone.
@@ -91,13 +130,15 @@ impl Walk<'_> {
     }
 
     fn states(&self, step: &Step, clock: &Clock, from: f64, to: f64) -> Result<Vec<Model>, Fault> {
-        match clock {
-            Clock::Same(h) => self.flow.states(step, Interval::new(from * h, (to * h).min(step.h))?),
+        let mut states = match clock {
+            Clock::Same(h) => self.flow.states(step, Interval::new(from * h, (to * h).min(step.h))?)?,
             Clock::Until(instant) => {
                 let share = Interval::new(from, to)?;
-                self.flow.states_at(step, &self.flow.space.scale(instant, share)?)
+                self.flow.states_at(step, &self.flow.space.scale(instant, share)?)?
             }
-        }
+        };
+        states.truncate(self.mode.field.outputs.len());
+        Ok(states)
     }
 
     fn watched(&self, states: &[Model]) -> Result<Vec<Interval>, Fault> {
@@ -215,48 +256,52 @@ impl Walk<'_> {
         events
     }
 
-    /// A longer step from the same start, for a crossing that takes more time.
-    pub(crate) fn longer(&self, step: &Step) -> Option<Step> {
-        let longer = self.flow.step(4.0 * step.h).ok()?.0;
-        (longer.h > step.h).then_some(longer)
-    }
-
     /// Whether up to the crossing of a quantity, which is before it on one side of zero, the rest of the domain holds
     /// certainly and no jump is possible.
     pub(crate) fn is_quiet_before(
         &self,
         step: &Step,
         instant: &Model,
-        quantity: usize,
-        is_rising: bool,
+        (quantity, is_rising): (usize, bool),
         depth: u32,
     ) -> Result<bool, Fault> {
-        let parts = 1u32 << depth.min(4);
-        let clock = Clock::Until(instant);
         let start = self.watched_during(step, 0.0, 0.0)?;
         if before(is_rising).truth(start[quantity]) != Some(true) && !self.starts_inside(quantity, is_rising) {
             return Ok(false);
         }
-        for part in 0..parts {
-            let (from, to) = (f64::from(part) / f64::from(parts), f64::from(part + 1) / f64::from(parts));
-            let watched = self.watched(&self.states(step, &clock, from, to)?)?;
-            let until = self.flow.space.range(instant)?.high().min(step.h) * to;
-            let others = self.mode.domain.iter().filter(|(at, _)| *at != quantity);
-            let holds = |&(at, comparison): &(usize, Comparison)| {
-                comparison.truth(watched[at]) == Some(true)
-                    || (part == 0 && self.goes_inside(step, at, comparison, until.next_up().min(step.h)))
-            };
-            if !others.clone().all(holds) {
-                return Ok(false);
-            }
+        let latest = self.flow.space.range(instant)?.high();
+        self.is_quiet_on_the_way(step, &Clock::Until(instant), (quantity, is_rising), latest, (0.0, 1.0), depth)
+    }
+
+    fn is_quiet_on_the_way(
+        &self,
+        step: &Step,
+        clock: &Clock,
+        (quantity, is_rising): (usize, bool),
+        latest: f64,
+        (from, to): (f64, f64),
+        depth: u32,
+    ) -> Result<bool, Fault> {
+        let watched = self.watched(&self.states(step, clock, from, to)?)?;
+        let until = (latest * to).next_up().min(step.h);
+        let holds = |&(at, comparison): &(usize, Comparison)| {
+            at == quantity
+                || comparison.truth(watched[at]) == Some(true)
+                || (from == 0.0 && self.goes_inside(step, at, comparison, until))
+        };
+        if self.mode.domain.iter().all(holds) {
             let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(false) };
             let Some(strictly) = strictly(known[quantity], is_rising) else { return Ok(false) };
             known[quantity] = strictly;
-            if !self.mode.edges.iter().all(|e| all(&e.guard, &known) == Some(false)) {
-                return Ok(false);
+            if self.mode.edges.iter().all(|e| all(&e.guard, &known) == Some(false)) {
+                return Ok(true);
             }
         }
-        Ok(true)
+        let middle = 0.5 * (from + to);
+        let event = (quantity, is_rising);
+        Ok(depth > 0
+            && self.is_quiet_on_the_way(step, clock, event, latest, (from, middle), depth - 1)?
+            && self.is_quiet_on_the_way(step, clock, event, latest, (middle, to), depth - 1)?)
     }
 
     /// Whether the domain says that the quantity starts on the side it crosses from.
@@ -308,7 +353,10 @@ impl Walk<'_> {
         let states = self.states(step, clock, part.0, part.1)?;
         let watched = self.watched(&states)?;
         // Where the domain holds nowhere there is no run to judge.
-        let Some(known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
+        let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
+        if part.0 == 0.0 && self.stretch.segments.is_empty() {
+            self.add_known(&states, &mut known);
+        }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
         if (claim.is_none() || window != Some(true)) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
@@ -320,6 +368,38 @@ impl Walk<'_> {
         let is_certain = self.stretch.is_certain && raw == claim && window == Some(true);
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
     }
+}
+
+impl Walk<'_> {
+    /// Use that what holds where the stretch starts goes on to hold while its quantity moves away from zero.
+    fn add_known(&self, states: &[Model], values: &mut [Interval]) {
+        let Ok(mut inside) = states.iter().map(|m| self.flow.space.range(m)).collect::<Result<Vec<_>, _>>() else {
+            return;
+        };
+        for &(at, comparison) in &self.mode.domain {
+            if let Op::Variable(v) = self.mode.watch.ops[self.mode.watch.outputs[at]] {
+                inside[v] = comparison.keep(inside[v]).unwrap_or(inside[v]);
+            }
+        }
+        for &(at, comparison) in &self.known {
+            let rate = interval_rate(&self.quantity(at), &self.mode.field, &inside);
+            let goes_away = rate.is_ok_and(|rate| match comparison {
+                Comparison::AtMost => rate.high() <= 0.0,
+                Comparison::AtLeast => rate.low() >= 0.0,
+                _ => false,
+            });
+            if goes_away {
+                values[at] = comparison.keep(values[at]).unwrap_or(values[at]);
+            }
+        }
+    }
+}
+
+/// The range of a quantity's rate along a field, for states in a box.
+fn interval_rate(quantity: &Tape, field: &Tape, states: &[Interval]) -> Enclosure {
+    let slopes = jacobian(&IntervalRing, quantity, states)?.swap_remove(0);
+    let speeds = values(&IntervalRing, field, states)?;
+    IntervalRing.sum(slopes.iter().zip(&speeds).map(|(s, v)| (1.0, s, v)))
 }
 
 /// What was seen of the parts of a step so far.

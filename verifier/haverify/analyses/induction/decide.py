@@ -10,13 +10,15 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.induction.counterexample import leaving, state_text
 from haverify.analyses.induction.invented import invent
 from haverify.analyses.induction.keep import Keeper
-from haverify.analyses.induction.points import satisfying
 from haverify.analyses.induction.prove import prove
+from haverify.analyses.induction.refutation import Start, at_once, by_run, starts
 from haverify.analyses.induction.refute import Effort
-from haverify.evidence.certificate import certificate, start_json
+from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.run import Run
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim, Goal
 from haverify.model.hybrid import HybridAutomaton
@@ -75,27 +77,59 @@ def _goal(
     using = tuple(c.goals[0].condition for c in used)
     induction = Induction(spec, automaton, claim, goal, using)
     induction.check()
-    start = _start(induction)
+    start = next(starts(induction, more=False), None)
     if start is None:
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
-    shown = _shown(induction)
+    shown = _quickly(induction)
+    if not shown.is_proved():
+        refuted = _refuted(induction, known, number)
+        if refuted is not None:
+            return refuted
+        shown = _shown(induction)
     if not shown.is_proved():
         return _open(shown), {}, _parts(shown, number)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
     return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
+def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict, Json, list[PartResult]] | None:
+    """A start, or a run, that violates the goal."""
+    told = known.goal(induction.claim, induction.goal)
+    verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
+    start = at_once(induction)
+    if start is not None:
+        entry = {
+            "kind": "start",
+            "start": _start_json(induction, start),
+            "hash": known.part(told, "start", start.mode, ""),
+        }
+        run = Run(start.mode, _pairs(entry["start"]["values"]), _pairs(entry["start"]["params"]), (), Q(0))
+        part = PartResult(number, "start", start.mode, "", f"start in mode {start.mode}", verdict, run)
+        return verdict, entry, [part]
+    found = by_run(induction)
+    if found is None:
+        return None
+    entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
+    return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def _pairs(values: Json) -> tuple[tuple[str, Q], ...]:
+    return tuple((n, Q(q)) for n, q in values.items())
+
+
+def _quickly(induction: Induction) -> Shown:
+    """A candidate with proofs that are found at a glance, or the claim itself with those."""
+    shown = [attempt(induction, formulas, Effort()) for formulas in candidates(induction)]
+    return next((s for s in shown if s.is_proved()), shown[-1])
+
+
 def _shown(induction: Induction) -> Shown:
-    """An invariant with all its proofs, or the claim itself with those that were found."""
-    for effort in (Effort(), Effort(is_deep=True)):
-        for formulas in candidates(induction):
-            shown = attempt(induction, formulas, effort)
-            if shown.is_proved():
-                return shown
-        found = None if induction.claim.inductive or effort.is_deep else _invented(induction)
-        if found is not None:
-            return found
-    return shown
+    """An invariant that was found, or a candidate with all proofs that programs find."""
+    found = None if induction.claim.inductive else _invented(induction)
+    if found is not None:
+        return found
+    shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
+    return next((s for s in shown if s.is_proved()), shown[-1])
 
 
 def candidates(induction: Induction) -> Iterator[Invariant]:
@@ -128,21 +162,13 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
     return Shown(induction, formulas, parts)
 
 
-def _start(induction: Induction) -> Json | None:
-    """An admissible start, as certificates name it."""
-    a = induction.automaton
-    names = [*(v.name for v in a.vars), *(n for n, (low, high) in induction.params.items() if low < high)]
-    for line, mode, _ in induction.lines():
-        windows = [f for v in a.vars for f in induction.window(v.name)]
-        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
-        found = satisfying(told, [*names, "time"])
-        if found is not None:
-            params = {n: found.get(n, low) for n, (low, _) in induction.params.items()}
-            return start_json(mode, {v.name: found[v.name] for v in a.vars}, params)
-    return None
+def _start_json(induction: Induction, start: Start) -> Json:
+    """A start, as certificates name it."""
+    params = {n: start.point.get(n, low) for n, (low, _) in induction.params.items()}
+    return start_json(start.mode, {v.name: start.point[v.name] for v in induction.automaton.vars}, params)
 
 
-def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Json) -> Json:
+def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start) -> Json:
     claim, goal = shown.induction.claim, shown.induction.goal
     told = known.goal(claim, goal, used) if used else known.goal(claim, goal)
     parts = [
@@ -150,7 +176,8 @@ def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], star
         for ob, proof in shown.parts
     ]
     modes = None if claim.inductive else {m: formula_json(f) for m, f in shown.formulas.items()}
-    return {"kind": "invariant", "start": start, "using": using, "modes": modes, "parts": parts}
+    told_start = _start_json(shown.induction, start)
+    return {"kind": "invariant", "start": told_start, "using": using, "modes": modes, "parts": parts}
 
 
 WORDS = {"init": "holds at the start in", "edge": "kept by the jump", "flow": "kept by the flow of", "use": "claim in"}
@@ -159,15 +186,26 @@ WORDS = {"init": "holds at the start in", "edge": "kept by the jump", "flow": "k
 def _parts(shown: Shown, number: int) -> list[PartResult]:
     found = []
     for ob, proof in shown.parts:
-        verdict: Verdict = Proved() if proof is not None else Unknown("not inductive", "no proof was found")
+        verdict: Verdict = Proved() if proof is not None else Unknown("invariant", "no proof was found")
         text = f"{WORDS[ob.kind]} {'mode ' if ob.kind != 'edge' else ''}{ob.where}"
         found.append(PartResult(number, ob.kind, f"{ob.kind} {ob.where}", "", text, verdict))
     return found
 
 
 def _open(shown: Shown) -> Unknown:
-    """What is not shown, and a state that may be why."""
-    failed = "; ".join(f"{ob.kind} {ob.where}" for ob, proof in shown.parts if proof is None)
-    if shown.induction.claim.inductive:
-        return Unknown("not inductive", f"not shown: {failed}")
-    return Unknown("invariant", f"no invariant was found that shows it; of the claim itself is not shown: {failed}")
+    """What is not shown, and a state that says why, if there is one."""
+    induction = shown.induction
+    failed = [ob for ob, proof in shown.parts if proof is None]
+    places = "; ".join(f"{ob.kind} {ob.where}" for ob in failed)
+    if not induction.claim.inductive:
+        reason = f"no invariant was found that shows it; of the claim itself is not shown: {places}"
+        return Unknown("invariant", reason)
+    for ob in failed:
+        found = leaving(induction, ob, shown.formulas[ob.mode])
+        if found is not None:
+            place = f"the jump {ob.where}" if ob.kind == "edge" else f"the {ob.kind} of mode {ob.where}"
+            reason = f"not inductive: {place} breaks it at {state_text(induction, found)}"
+            reached = "that state is not known to be reachable: runs from sampled starts keep the claim"
+            step = "add a conjunct that excludes this state and holds on all runs, or leave out `inductive`"
+            return Unknown("inductive", reason, reached, found.told, step)
+    return Unknown("invariant", f"not shown: {places}; no state that leaves it was found either")

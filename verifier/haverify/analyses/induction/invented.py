@@ -35,7 +35,11 @@ def invent(induction: Induction, seconds: float) -> Invented | None:
     mode = modes[0].name
     common = induction.common(mode)
     starts = tuple(induction.premises(*common, *induction.starts(line, m)) for line, m, _ in induction.lines())
-    cuts = saturate(System(induction.premises(*common), starts, induction.aim(mode), induction.field(mode)), seconds)
+    system = System(induction.premises(*common), starts, induction.aim(mode), induction.field(mode))
+    try:
+        cuts = saturate(system, seconds)
+    except OverflowError:  # a number beyond the floats in which candidates are sampled
+        return None
     if cuts is None:
         return None
     told = [{"formula": formula_json(conjunction(cut.literals)), "start": "t", "keep": cut.rule} for cut in cuts]

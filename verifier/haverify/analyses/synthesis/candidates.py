@@ -13,7 +13,7 @@ from haverify.obligations.formula import Literal, literals
 from haverify.obligations.premises import whole
 
 TALL = 1e4
-FIT = 1e-6
+FIT = 1e-3
 
 
 def closures(field: dict[str, Polynomial]) -> list[tuple[str, ...]]:

@@ -13,7 +13,7 @@ from haverify.solvers.positivity.ansatz import monomials
 
 Field = dict[str, Polynomial]
 MOST_MONOMIALS = 260
-LARGEST = 60
+LARGEST = 110
 NEWTON_STEPS = 40
 
 

@@ -14,7 +14,7 @@ from haverify.obligations.premises import Premises, polynomial_json, whole
 from haverify.solvers.positivity.ansatz import Free, Key, monomials
 from haverify.solvers.positivity.identity import Identity
 from haverify.solvers.positivity.levels import Question
-from haverify.solvers.positivity.refute import Effort, answer, ideal_of, is_absurd, places_of, refute
+from haverify.solvers.positivity.refute import Effort, answer, connected, ideal_of, is_absurd, refute
 
 Rule = dict[str, Any]
 Field = dict[str, Polynomial]
@@ -88,7 +88,7 @@ def growth(premises: Premises, q: Literal, field: Field, effort: Effort) -> Rule
     slopes = [field[v].total_degree() - 1 for v in p.variables if v in field]
     room = max([0, rate.total_degree() - p.total_degree(), *slopes])
     free = tuple(Free((COFACTOR, m), -(m * p)) for m in monomials(names, room))
-    question = Question(given.entries, places_of(given.entries), rate, free)
+    question = Question(given.entries, connected(given.entries, names), rate, free)
     for level in effort.levels:
         found = answer(question, level, effort)
         if found is not None:

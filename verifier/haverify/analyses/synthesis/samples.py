@@ -14,6 +14,7 @@ STARTS = 60
 STEPS = 240
 HUGE = 1e7
 SLACK = 1e-7
+ROUGH = 1e-3
 
 
 @holder
@@ -165,7 +166,7 @@ def sample(system: System, count: int = STARTS, steps: int = STEPS) -> Samples:
 
 
 def runs(system: System, names: Sequence[str], starts: Any, steps: int) -> Any:
-    """States along the runs while they are in the domain, by Runge-Kutta steps of growing length."""
+    """States along the runs while they are in the domain, by Runge-Kutta steps, of a length for each."""
     import numpy
 
     if not len(starts):
@@ -177,25 +178,25 @@ def runs(system: System, names: Sequence[str], starts: Any, steps: int) -> Any:
 
     found = [starts]
     points = starts
-    speed = float(numpy.median(numpy.abs(slope(starts)).max(axis=1))) or 1.0
-    length = 0.02 / max(speed / (1 + float(numpy.abs(starts).max())), 1e-3)
-    step = min(max(length, 1e-4), 0.05)
-    for k in range(steps):
-        if k in (80, 160):
-            step *= 2
+    with numpy.errstate(all="ignore"):
+        speed = numpy.abs(slope(points) / (1 + numpy.abs(points))).max(axis=1)
+        step = numpy.clip(0.02 / numpy.maximum(speed, 1e-3), 1e-6, 0.1)[:, None]
+    for _ in range(steps):
         with numpy.errstate(all="ignore"):
             a = slope(points)
             b = slope(points + step / 2 * a)
             c = slope(points + step / 2 * b)
             d = slope(points + step * c)
-            change = step / 6 * (a + 2 * b + 2 * c + d)
-            size = 1 + numpy.abs(points).max(axis=1)
-            points = points + change
+            room = 1 + numpy.abs(points)
+            rough = (numpy.abs(c - b) * step / room).max(axis=1, keepdims=True)
+            good = rough < ROUGH
+            points = numpy.where(good, points + step / 6 * (a + 2 * b + 2 * c + d), points)
+            step = numpy.where(good, numpy.minimum(step * numpy.where(rough < ROUGH / 8, 1.5, 1.0), 0.2), step / 3)
             keep = numpy.all(numpy.isfinite(points), axis=1) & (numpy.abs(points).max(axis=1, initial=0) < HUGE)
-            keep &= numpy.abs(change - step * a).max(axis=1) < 0.2 * size
-        points = points[keep]
+        points, step = points[keep], step[keep]
         for e in system.common.entries:
-            points = points[holds(e, points, names, SLACK)]
+            inside_it = holds(e, points, names, SLACK)
+            points, step = points[inside_it], step[inside_it]
         if not len(points):
             break
         found.append(points)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from time import monotonic
 
+from haverify.analyses.synthesis.barriers import Shape, barrier
 from haverify.analyses.synthesis.candidates import (
     below,
     closures,
@@ -15,20 +16,25 @@ from haverify.analyses.synthesis.candidates import (
     shapes,
     simple_between,
 )
+from haverify.analyses.synthesis.equations import kept_together
 from haverify.analyses.synthesis.integrals import darboux_polynomials, first_integrals
 from haverify.analyses.synthesis.keep import boundary, keep
+from haverify.analyses.synthesis.lyapunov import forms
 from haverify.analyses.synthesis.samples import Samples, branches, inside, sample
 from haverify.analyses.synthesis.system import Cut, System
-from haverify.maths.polynomial import Polynomial
-from haverify.obligations.formula import Literal, literals, negation
-from haverify.obligations.premises import Premises, whole
-from haverify.solvers.positivity.levels import MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES, Level
+from haverify.maths.polynomial import Polynomial, variable
+from haverify.obligations.formula import Formula, Literal, literals, negation, variables
+from haverify.obligations.premises import Premises, members, whole
+from haverify.solvers.positivity.levels import HIGHER, MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES, Level
 from haverify.solvers.positivity.refute import Effort, is_absurd, refute
 from haverify.text.record import holder
 
 CHEAP: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 MEDIUM: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS)
 DEAR: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS, PRODUCTS)
+RATES = (Fraction(0), Fraction(-1), Fraction(1))
+FIRST = tuple(Shape(d, d + 2, r) for d in (2, 4) for r in RATES)
+LATER = tuple(Shape(d, d + 4, r) for d in (2, 4, 6) for r in RATES)
 
 
 @holder
@@ -40,6 +46,8 @@ class Search:
     until: float
     cuts: list[Cut]
     tried: set[object]
+    found: list[Polynomial]
+    open: list[Formula]
 
     def effort(self, levels: tuple[Level, ...], seconds: float) -> Effort:
         """Levels within so many seconds, and within the time that is left."""
@@ -61,7 +69,7 @@ class Search:
             return False
         self.tried.add(key)
         premises = self.premises()
-        if not all(fits(q, self.samples) for q in cut):
+        if not all(self.is_relevant(q) and fits(q, self.samples) for q in cut):
             return False
         if all(is_absurd(premises.with_(negation(q)).entries) or says_nothing(q, self.samples) for q in cut):
             return False
@@ -83,28 +91,88 @@ class Search:
         return done
 
     def is_done(self, levels: tuple[Level, ...]) -> bool:
-        """Whether domain and cuts imply the goal."""
-        return refute(self.premises().with_(negation(self.system.goal)), self.effort(levels, 8)) is not None
+        """Whether domain and cuts imply the goal; what they imply of it need not be asked again."""
+        premises = self.premises()
+        for part in list(self.open):
+            if refute(premises.with_(part), self.effort(levels, 6)) is not None:
+                self.open.remove(part)
+        return not self.open
+
+    def is_relevant(self, q: Literal) -> bool:
+        """Whether the literal says something of names that unsafe states are still linked with."""
+        return not self.linked().isdisjoint(q.polynomial.variables)
+
+    def linked(self) -> set[str]:
+        """The names of what is open, of their rates, and of what starts and domain say of these."""
+        names = {v for part in self.open for v in variables(part)}
+        entries = [variables(e) for p in (self.system.common, *self.system.starts) for e in p.entries]
+        entries += [{v, *p.variables} for v, p in self.system.field.items()]
+        for _ in entries:
+            more = {v for e in entries if e & names for v in e}
+            if more <= names:
+                break
+            names |= more
+        return names
 
 
 def invent(system: System, seconds: float) -> list[Cut] | None:
     """Cuts that, with the common premises, imply the goal, each kept under those before it; None if not found."""
     until = monotonic() + seconds
-    search = Search(system, sample(system), until, [], set())
-    for stage in (_goal_itself, _equations, _constants, _integrals, _signs, _boxes):
+    unsafe = [negation(g) for g in members(system.goal, is_and=True)]
+    search = Search(system, sample(system), until, [], set(), [], unsafe)
+    for stage in (_equations, _constants, _goal_itself, _integrals, _signs, _boxes, _decreasing, _higher):
         stage(search)
         if search.is_done(MEDIUM):
             return search.cuts
         if search.is_over():
             return None
-    for levels in (MEDIUM, DEAR):
-        for stage in (_signs, _boxes):
-            stage(search, levels)
-            if search.is_done(DEAR):
-                return search.cuts
-            if search.is_over():
-                return None
-    return None
+    for stage in (lambda s: _barriers(s, FIRST), lambda s: _signs(s, MEDIUM), lambda s: _boxes(s, MEDIUM)):
+        stage(search)
+        if search.is_done(DEAR):
+            return search.cuts
+        if search.is_over():
+            return None
+    _barriers(search, LATER)
+    return search.cuts if search.is_done(DEAR) else None
+
+
+def _decreasing(search: Search) -> None:
+    """Quadratic forms that decrease near an equilibrium, bounded between starts and unsafe states."""
+    field, linked = search.system.field, search.linked()
+    for group in closures(field):
+        names = tuple(v for v in group if v in field and field[v].whole)
+        if set(names) <= linked:
+            for p in forms(field, names, search.samples):
+                _bounded(search, p)
+
+
+def _barriers(search: Search, shapes: Sequence[Shape]) -> None:
+    """A barrier between the starts and each kind of unsafe states."""
+    domain = [e for e in search.premises().entries if isinstance(e, Literal)]
+    linked = search.linked()
+    names = tuple(v for v in search.samples.names if v in linked)
+    starts = [b for s in search.system.starts for b in branches(s.entries)]
+    for part in list(search.open):
+        for unsafe in branches([part]):
+            for shape in shapes:
+                if search.is_over() or (
+                    len(starts) == 1 and _is_separated(search, domain, starts[0], unsafe, names, shape)
+                ):
+                    break
+
+
+def _is_separated(
+    search: Search,
+    domain: Sequence[Literal],
+    start: Sequence[Literal],
+    unsafe: Sequence[Literal],
+    names: tuple[str, ...],
+    shape: Shape,
+) -> bool:
+    seconds = max(0.5, (search.until - monotonic()) / 3)
+    about = [[q for q in side if set(q.polynomial.variables) <= set(names)] for side in (domain, start, unsafe)]
+    p = barrier(about[0], about[1], [*about[0], *about[2]], search.system.field, names, shape, seconds)
+    return p is not None and search.attempt([below(p)], (SQUARES, HIGHER))
 
 
 def _goal_itself(search: Search) -> None:
@@ -114,19 +182,15 @@ def _goal_itself(search: Search) -> None:
 
 
 def _equations(search: Search) -> None:
-    """Equations that hold at the starts: one by one, then all that are left together."""
+    """Equations that hold at the starts: one by one, then all combinations that are kept together."""
     if len(search.system.starts) != 1:
         return
     found = [e for e in search.system.starts[0].entries if isinstance(e, Literal) and e.op == "=="]
-    left = found
-    for _ in range(3):
-        now = [q for q in left if not search.attempt([q], CHEAP)]
-        if len(now) == len(left):
-            break
-        left = now
-    fitting = [q for q in left if fits(q, search.samples)]
-    if len(fitting) > 1:
-        search.attempt(fitting, CHEAP)
+    for q in found:
+        search.attempt([q], CHEAP)
+    kept = kept_together([q.polynomial for q in found], search.system.field)
+    if kept:
+        search.attempt([Literal("==", p) for p in kept], CHEAP)
 
 
 def _constants(search: Search) -> None:
@@ -187,29 +251,59 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
 
 def _signs(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
     """Polynomials in sight, and those with `p' = c p`, by their signs and by bounds from starts and goal."""
-    polys = shapes(search.system)
-    polys += list(_darboux(search))
+    if not search.found:
+        search.found += [*shapes(search.system), *_darboux(search, (1, 2))]
+    _sign_all(search, search.found, levels)
+
+
+def _higher(search: Search) -> None:
+    """Polynomials of higher degrees with `p' = c p`."""
+    polys = [p for p in _darboux(search, (3, 4)) if p.total_degree() > 2]
+    search.found += polys
+    _sign_all(search, polys, CHEAP)
+
+
+def _sign_all(search: Search, polys: Sequence[Polynomial], levels: tuple[Level, ...]) -> None:
     for _ in range(3):
         before = len(search.cuts)
         for q in literals(search.system.goal):
             search.attempt([q], levels)
-        for p in polys:
-            for q in _signed(search, p):
-                search.attempt([q], levels)
-        if len(search.cuts) == before or search.is_done(CHEAP):
+        for degree in sorted({p.total_degree() for p in polys}):
+            known = len(search.cuts)
+            for p in polys:
+                for q in _signed(search, p) if p.total_degree() == degree else ():
+                    search.attempt([q], levels)
+            if len(search.cuts) > known and search.is_done(CHEAP):
+                return
+        if len(search.cuts) == before or search.is_over():
             return
 
 
-def _darboux(search: Search) -> Iterator[Polynomial]:
+def _darboux(search: Search, degrees: Sequence[int]) -> Iterator[Polynomial]:
+    """Polynomials with `p' = c p`, constants replaced as the cuts say."""
+    values = _constant_values(search)
+    field = {v: p.substitute(values) for v, p in search.system.field.items() if v not in values}
     seen: set[Polynomial] = set()
-    for names in closures(search.system.field):
-        if len(names) > 6:
-            continue
-        for degree in (1, 2):
-            for p, _ in darboux_polynomials(search.system.field, names, degree, 20):
+    for names in closures(field):
+        for degree in degrees if len(names) <= 6 else ():
+            for p, _ in darboux_polynomials(field, names, degree, 20):
                 if p not in seen and -p not in seen and max(map(abs, p.whole.values())) < 10**4:
                     seen.add(p)
                     yield p
+
+
+def _constant_values(search: Search) -> dict[str, Polynomial]:
+    """Constant names as combinations of others, by equations among the cuts."""
+    found: dict[str, Polynomial] = {}
+    field = search.system.field
+    for e in search.premises().entries:
+        if isinstance(e, Literal) and e.op == "==" and e.polynomial.total_degree() == 1:
+            p = e.polynomial.substitute(found)
+            if p.variables and not any(field[v].whole for v in p.variables if v in field):
+                name = p.variables[0]
+                value = variable(name) - p.scaled(1 / p.terms[((name, 1),)])
+                found = {k: v.substitute({name: value}) for k, v in found.items()} | {name: value}
+    return found
 
 
 def _signed(search: Search, p: Polynomial) -> Iterator[Literal]:
@@ -218,14 +312,11 @@ def _signed(search: Search, p: Polynomial) -> Iterator[Literal]:
     if at_start is None:
         return
     low, high = at_start
-    if low > 0:
-        yield below(-p, op="<")
-    elif low > -1e-9:
-        yield below(-p)
-    if high < 0:
-        yield below(p, op="<")
-    elif high < 1e-9:
-        yield below(p)
+    for signed, least in ((p, low), (-p, -high)):
+        if least > 0:
+            yield below(-signed, op="<")
+        if -1e-9 < least < (high - low) / 4 + 1e-9:
+            yield below(-signed)
     yield from _box_of(search, p)
 
 
@@ -238,6 +329,9 @@ def _box_of(search: Search, p: Polynomial) -> Iterator[Literal]:
         if abs(float(c) - top) < 0.1 * (1 + abs(top)):
             bound = c if c >= Fraction(top - 1e-6) else c + Fraction(1, 20)
             yield below(p.scaled(Fraction(sign)), bound)
+    for sign, top in ((1, at_start[1]), (-1, -at_start[0])):
+        room = max(at_start[1] - at_start[0], 1e-3)
+        yield below(p.scaled(Fraction(sign)), simple_between(top + room / 8, top + room / 3))
 
 
 def _boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
@@ -280,6 +374,7 @@ def _bounds(search: Search, p: Polynomial) -> list[Literal]:
     for sign, start, top in ((1, at_start[1], reached[1]), (-1, -at_start[0], -reached[0])):
         signed = p.scaled(Fraction(sign))
         tops = [simple_between(top, top + spread / 50), simple_between(top + spread / 8, top + spread / 4)]
+        tops += [simple_between(top + 2 * spread, top + 4 * spread)] if p.total_degree() == 2 else []
         if start < 0 <= top + 1e-9 or abs(top) < spread / 8:
             tops.append(Fraction(0))
         found += [below(signed, c) for c in tops]

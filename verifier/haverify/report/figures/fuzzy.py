@@ -156,7 +156,7 @@ def _holds(e: Any, known: Mapping[tuple[str, str], float], logic: list[str]) -> 
     op, *args = e
     if op == "is":
         return known[args[0], args[1]]
-    inner = [_holds(a, known, logic) for a in args]
+    inner = [known[a[1], a[2]] if a[0] == "is" else _holds(a, known, logic) for a in args]
     if op == "not":
         return 1.0 - inner[0]
     if op not in ("and", "or") or logic != ["min", "max"]:

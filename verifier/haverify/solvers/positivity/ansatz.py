@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from haverify.maths.polynomial import Monomial, Polynomial, constant, total, variable
+from haverify.maths.polynomial import Monomial, Polynomial, total
 from haverify.text.record import record
 
 Key = tuple[Any, ...]
@@ -61,17 +61,6 @@ def monomials(names: tuple[str, ...], degree: int) -> list[Polynomial]:
 def _monomial(names: tuple[str, ...], exponents: tuple[int, ...]) -> Polynomial:
     named: Monomial = tuple((v, e) for v, e in sorted(zip(names, exponents, strict=True)) if e)
     return Polynomial({named: 1})
-
-
-def rescaled(ansatz: Ansatz, scale: dict[str, Fraction]) -> Ansatz:
-    """The same in the unknowns `x / scale[x]`."""
-    put = {v: variable(v) * constant(s) for v, s in scale.items()}
-    return Ansatz(
-        ansatz.target.substitute(put),
-        tuple(Free(f.key, f.poly.substitute(put)) for f in ansatz.free),
-        tuple(Cone(c.key, c.factor.substitute(put), tuple(b.substitute(put) for b in c.basis)) for c in ansatz.cones),
-        tuple(Free(f.key, f.poly.substitute(put)) for f in ansatz.strict),
-    )
 
 
 def error(ansatz: Ansatz, found: Found) -> Polynomial:

@@ -26,7 +26,7 @@ class Level:
 
 
 NUMBERS = Level(2, 0, "numbers")
-MONOMIALS = Level(1, 0, "monomials")
+MONOMIALS = Level(2, 0, "monomials")
 PAIRS = Level(1, 0, "pairs")
 SQUARES = Level(1, 0, "squares")
 PRODUCTS = Level(2, 0, "squares")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import isqrt
 from time import monotonic
 from typing import Any
 
@@ -11,7 +12,7 @@ from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.obligations.formula import Formula, Junction, Literal
 from haverify.obligations.premises import Premises
 from haverify.solvers.positivity import linear_search, semidefinite
-from haverify.solvers.positivity.ansatz import Found, error, rescaled
+from haverify.solvers.positivity.ansatz import Found, Free, error
 from haverify.solvers.positivity.identity import Identity
 from haverify.solvers.positivity.levels import Level, Question, ansatz, names_of
 from haverify.text.record import record
@@ -127,50 +128,137 @@ def _solved(poly: Polynomial, name: str) -> Polynomial:
 def identity(premises: Premises, effort: Effort) -> Identity | None:
     """An identity that shows that the literals among the premises have no common point."""
     entries = premises.entries
-    question = Question(entries, places_of(entries))
+    groups = components(entries)
     for level in effort.levels:
-        found = answer(question, level, effort)
-        if found is not None:
-            result = _identity(found)
-            assert not result.total(entries).whole
-            return result
-        if effort.is_over():
-            return None
+        for places in groups:
+            found = answer(Question(entries, places), level, effort)
+            if found is not None:
+                result = _identity(found)
+                assert not result.total(entries).whole
+                return result
+            if effort.is_over():
+                return None
     return None
 
 
-def places_of(entries: Sequence[Formula]) -> tuple[int, ...]:
-    """Where the literals are."""
-    return tuple(i for i, e in enumerate(entries) if isinstance(e, Literal))
+def components(entries: Sequence[Formula]) -> list[tuple[int, ...]]:
+    """The places of literals that are connected by names they share, the groups with late ones first."""
+    groups: list[tuple[set[str], list[int]]] = []
+    for i, e in enumerate(entries):
+        if isinstance(e, Literal):
+            names, places = set(e.polynomial.variables), [i]
+            for group in [g for g in groups if g[0] & names]:
+                names |= group[0]
+                places += group[1]
+                groups.remove(group)
+            groups.append((names, places))
+    return sorted((tuple(sorted(places)) for _, places in groups), key=lambda p: -p[-1])
+
+
+def connected(entries: Sequence[Formula], names: Sequence[str]) -> tuple[int, ...]:
+    """The places of the literals that are connected with names."""
+    linked = [p for p in components(entries) if any(_mentions(entries[i], names) for i in p)]
+    return tuple(sorted(i for p in linked for i in p))
+
+
+def _mentions(e: Formula, names: Sequence[str]) -> bool:
+    return isinstance(e, Literal) and any(v in names for v in e.polynomial.variables)
 
 
 def answer(question: Question, level: Level, effort: Effort) -> Found | None:
     """A solution for the multipliers of a level."""
-    wanted = ansatz(question, level)
-    scale = scales(question)
-    inner = rescaled(wanted, scale)
-    if level.method == "squares":
-        found = semidefinite.solve(inner, effort.seconds())
-    else:
-        found = linear_search.solve(inner, level.method == "pairs")
-    if found is None:
+    there, back = coordinates(question)
+    wanted = ansatz(moved(question, there), level)
+    try:
+        if level.method == "squares":
+            found = semidefinite.solve(wanted, effort.seconds())
+        else:
+            found = linear_search.solve(wanted, level.method == "pairs")
+    except OverflowError:  # a coefficient beyond the floats in which the search is made
         return None
-    back = {v: variable(v) * constant(1 / s) for v, s in scale.items()}
+    if found is None or error(wanted, found).whole:
+        return None
+    own = {f.key for f in question.free}
+    free = {k if k in own else (k[0], k[1].substitute(back)): v for k, v in found.free.items()}
     cones = {k: [(c, q.substitute(back)) for c, q in sums] for k, sums in found.cones.items()}
-    result = Found(found.free, cones, found.strict)
-    return None if error(wanted, result).whole else result
+    return Found(free, cones, found.strict)
 
 
-def scales(question: Question) -> dict[str, Fraction]:
-    """A power of two for each name of the order of the bounds that the premises give it."""
-    bounds: dict[str, Fraction] = {}
-    for i in question.places:
-        q = question.premises[i]
-        if isinstance(q, Literal) and len(q.polynomial.variables) == 1 and q.polynomial.total_degree() == 1:
-            (v,) = q.polynomial.variables
-            size = abs(q.polynomial.terms.get((), Fraction(0)) / q.polynomial.terms[((v, 1),)])
-            bounds[v] = max(bounds.get(v, Fraction(0)), size)
-    return {v: _power_of_two(bounds.get(v, Fraction(1)) or Fraction(1)) for v in names_of(question)}
+Map = dict[str, Polynomial]
+
+
+def moved(question: Question, there: Map) -> Question:
+    """The question in other coordinates."""
+    premises = tuple(
+        Literal(e.op, e.polynomial.substitute(there)) if isinstance(e, Literal) else e for e in question.premises
+    )
+    target = None if question.target is None else question.target.substitute(there)
+    return Question(
+        premises, question.places, target, tuple(Free(f.key, f.poly.substitute(there)) for f in question.free)
+    )
+
+
+def coordinates(question: Question) -> tuple[Map, Map]:
+    """Names as affine functions of coordinates in which the premises are of the order of 1, and the inverse."""
+    known = [q for i in question.places if isinstance(q := question.premises[i], Literal)]
+    bounds = bounds_of(known)
+    there, back = {}, {}
+    for v in names_of(question):
+        middle, size = _frame(*bounds.get(v, (None, None)))
+        there[v] = variable(v).scaled(size) + constant(middle)
+        back[v] = (variable(v) - constant(middle)).scaled(1 / size)
+    return there, back
+
+
+def _frame(low: Fraction | None, high: Fraction | None) -> tuple[Fraction, Fraction]:
+    """A middle, 0 where that is not far off, and a power of two for the size."""
+    if low is None or high is None or high < low:
+        end = high if low is None else low
+        return Fraction(0), _power_of_two(abs(end) if end else Fraction(1))
+    half, middle = (high - low) / 2, (low + high) / 2
+    if abs(middle) > 2 * half:
+        return middle, _power_of_two(half or Fraction(1))
+    return Fraction(0), _power_of_two(max(abs(low), abs(high)) or Fraction(1))
+
+
+def bounds_of(known: Sequence[Literal]) -> dict[str, tuple[Fraction | None, Fraction | None]]:
+    """The bounds of names that the literals give by themselves, those of balls and ellipsoids rounded to floats."""
+    found: dict[str, tuple[Fraction | None, Fraction | None]] = {}
+    for q in known:
+        p = q.polynomial
+        if q.op != "!=" and len(p.variables) == 1 and p.total_degree() == 1:
+            slope = p.terms[((p.variables[0], 1),)]
+            bound = -p.terms.get((), Fraction(0)) / slope
+            ends = (bound if slope < 0 or q.op == "==" else None, bound if slope > 0 or q.op == "==" else None)
+            _narrow(found, p.variables[0], ends)
+        elif q.op in ("<", "<="):
+            for v, ends in ball(p).items():
+                _narrow(found, v, ends)
+    return found
+
+
+Ends = tuple[Fraction | None, Fraction | None]
+
+
+def _narrow(found: dict[str, Ends], v: str, ends: Ends) -> None:
+    low, high = found.get(v, (None, None))
+    lows, highs = [x for x in (low, ends[0]) if x is not None], [x for x in (high, ends[1]) if x is not None]
+    found[v] = (max(lows, default=None), min(highs, default=None))
+
+
+def ball(p: Polynomial) -> dict[str, tuple[Fraction, Fraction]]:
+    """The box around `sum a (x - m)^2 <= r`, if `p <= 0` says that; empty for anything else."""
+    squares = {m[0][0]: c for m, c in p.terms.items() if len(m) == 1 and m[0][1] == 2}
+    if set(squares) != set(p.variables) or any(c <= 0 for c in squares.values()) or p.total_degree() != 2:
+        return {}
+    if any(len(m) > 1 for m in p.whole):
+        return {}
+    middle = {v: -p.terms.get(((v, 1),), Fraction(0)) / (2 * a) for v, a in squares.items()}
+    radius = sum((a * middle[v] ** 2 for v, a in squares.items()), -p.terms.get((), Fraction(0)))
+    if radius < 0:
+        return {}
+    reach = {v: Fraction(isqrt(int(radius / a * 2**40)) + 1, 2**20) for v, a in squares.items()}
+    return {v: (middle[v] - reach[v], middle[v] + reach[v]) for v in squares}
 
 
 def _power_of_two(x: Fraction) -> Fraction:

@@ -16,12 +16,13 @@ from typing import Any
 from haverify.maths.definite import squares
 from haverify.maths.elimination import echelon
 from haverify.maths.polynomial import Monomial, Polynomial, total
-from haverify.solvers.positivity.ansatz import Ansatz, Cone, Found
+from haverify.solvers.positivity.ansatz import Ansatz, Cone, Found, Key
 from haverify.text.record import holder, record
 
 MAX_UNKNOWNS = 4000
 ROOT2 = sqrt(2.0)
-TINY = 1e-7
+MARGIN = 1e-6
+FACES = 4
 
 
 @record
@@ -91,7 +92,7 @@ def _gram_terms(of: Layout, b: int, cone: Cone, rows: dict[Monomial, dict[int, F
 
 def solve(ansatz: Ansatz, seconds: float) -> Found | None:
     """A solution of the ansatz, or None where none with room around it was found."""
-    for _ in range(4):
+    for _ in range(FACES):
         of = layout(ansatz)
         if of.size > MAX_UNKNOWNS or not of.size:
             return None
@@ -104,6 +105,27 @@ def solve(ansatz: Ansatz, seconds: float) -> Found | None:
         exact = _exact(of, rows, right, numbers)
         if exact is not None:
             return exact
+        smaller = _face(of, numbers)
+        if smaller is None:
+            return None
+        ansatz = smaller
+    return None
+
+
+def approximate(ansatz: Ansatz, seconds: float) -> dict[Key, float] | None:
+    """The numbers of the free unknowns near a solution, nothing exact; None where there seems to be none."""
+    for _ in range(FACES):
+        of = layout(ansatz)
+        if of.size > MAX_UNKNOWNS or not of.size:
+            return None
+        rows, right = equations(of)
+        if any(not row and r for row, r in zip(rows, right, strict=True)):
+            return None
+        numbers = _interior(of, rows, right, seconds)
+        if numbers is None:
+            return None
+        if numbers[-1] > MARGIN:
+            return {f.key: numbers[k] for k, f in enumerate(ansatz.free)}
         smaller = _face(of, numbers)
         if smaller is None:
             return None
@@ -143,7 +165,7 @@ def _interior(of: Layout, rows: list[dict[int, Fraction]], right: list[Fraction]
     cost = [0.0] * of.size + [-1.0]
     for block, cone in enumerate(of.ansatz.cones):
         for i in range(len(cone.basis)):
-            cost[of.entry(block, i, i)] = 1e-5
+            cost[of.entry(block, i, i)] = 1e-8
     return _solved(columns, b, cones, cost, seconds)
 
 

@@ -1,0 +1,111 @@
+"""The questions that haverify asks and those that the second checker derives are the same, entry by entry."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from tests.unit.elaborate.texts import read
+
+from hacheck.core import Core
+from hacheck.invariants import Induction as Second
+from hacheck.obligations import Question, Setting
+from haverify.model.core import canonical, to_core
+from haverify.obligations.induction import Induction
+from haverify.obligations.premises import formula_json
+
+Json = Any
+
+PIECES = """
+spec "Pieces" version "1.0" unitless
+enum Gear = 1..3
+param k in [1/2, 2]
+param one in [1, 1]
+const half = 1/2
+assume k <= 3/2
+automaton A {
+  var x
+  var y in [-5, 5]
+  var g: Gear
+  let energy = x^2 / 2 + half * y^2
+  let good = abs(x) <= 2 and energy < 9
+  init Go where 0 <= x <= 1 with { y in [0, k]; g := 1 }
+  init where abs(x) < 1 and energy <= 1/4 and g == 2
+  mode Go {
+    domain abs(x) <= 3 and not (x > 2 and y == 1) and (x <= 1 or y < 2)
+    flow { x' = y * k; y' = -x + cos(x - 1) }
+    edge up: -> Rest when max(x, y) >= 1 and g < 3 do { g := g + 1; y in [-k, x^2] }
+    urgent edge over: -> Go when x > 2 and abs(y) != 1 do x := x * k - 1
+    edge over: -> Go when sin(1 - x) > 0
+  }
+  mode Rest { terminal; domain clamp(x, 0, 1) <= y; flow { x' = 0; y' = exp(-y) } }
+}
+property first on A { always good implies max(x, 2 * y, -1) <= 10 }
+property second on A { within 3; assume one <= 2; always not (abs(x - y) > 3 or at(Rest) and x / (k + 1) >= 2) }
+property third on A { can reach min(x, y) >= 8 and not (energy == 4) }
+property timed on A { always at(Go) implies x <= 1 + time }
+property uses on A { always x <= 3; using kept }
+invariant kept on A in Go: good or cos(x) <= 1 / (k + 1) inductive
+"""
+
+
+def plain(f: Any) -> Json:
+    """A formula of the second checker as JSON, terms sorted."""
+    if isinstance(f, bool):
+        return f
+    if f[0] in ("and", "or"):
+        return [f[0], *map(plain, f[1:])]
+    return [f[0], sorted([str(c), *m] for m, c in f[1].terms.items())]
+
+
+def told(f: Json) -> Json:
+    """The same of what haverify has."""
+    if isinstance(f, bool):
+        return f
+    return [f[0], *map(told, f[1:])] if f[0] in ("and", "or") else [f[0], sorted(f[1])]
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Json]:
+    """The lists of premises that the second checker looks at, with no proof asked for."""
+    found: list[Json] = []
+
+    class Flow:
+        def __init__(self, always: Any, rates: Any, names: Any) -> None:
+            self.always = always
+
+        def given(self, value: Json) -> Json:
+            from hacheck.positivity import formula
+
+            return formula(value)
+
+        def kept(self, proof: Json, start: Any, wanted: Any) -> None:
+            found.append([plain(f) for f in self.always.entries])
+
+    monkeypatch.setattr("hacheck.invariants.refute", lambda _, known: found.append([plain(f) for f in known.entries]))
+    monkeypatch.setattr("hacheck.invariants.Flow", Flow)
+    return found
+
+
+@pytest.mark.parametrize("name", ["first", "second", "third", "timed", "uses", "kept"])
+@pytest.mark.parametrize("is_bare", [True, False])
+def test_premises_are_the_same_on_both_sides(name: str, is_bare: bool, asked: list[Json]) -> None:
+    spec, found, _ = read(PIECES.strip())
+    assert [d.message for d in found if d.code < "HA2"] == []
+    claim = next(c for c in spec.claims if c.name == name)
+    core = Core(json.loads(canonical(to_core(spec))))
+    used = tuple(c.goals[0].condition for c in spec.claims if c.name in claim.using)
+    mine = Induction(spec, spec.automata[0], claim, claim.goals[0], used)
+    mine.check()
+    bare = is_bare and not claim.inductive
+    formulas = {m.name: True if bare else mine.aim(m.name) for m in spec.automata[0].modes}
+    parts = [(ob.kind, ob.where, [told(formula_json(f)) for f in ob.premises.entries]) for ob in mine.parts(formulas)]
+    setting = Setting(core, core.automata["A"], False, lambda _: None, lambda n: core.claims[n])
+    question = Question(setting, core.claims[name], core.claims[name]["goals"][0])
+    modes = None if claim.inductive else {m: formula_json(f) for m, f in formulas.items()}
+    second = Second(question, list(claim.using), modes)
+    for kind, where, check in second.parts():
+        check(None)
+        assert (kind, where, asked[-1]) == parts[len(asked) - 1]
+    assert len(parts) == len(asked)

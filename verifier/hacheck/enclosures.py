@@ -1,0 +1,207 @@
+"""Functions of time and of an initial set, enclosed: polynomials with integer coefficients, and a bound of their error.
+
+The time t of a step lies in [0, 1], each set variable in [-1, 1]. All numbers are integers in units of `2^-bits`; what
+is cut off, or lost by rounding, is added to the radius.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from math import ceil, floor
+from typing import NamedTuple
+
+from hacheck.rational import Beyond, spend
+
+Key = int  # the degree of a monomial in the set variables, then their exponents, six bits each
+Terms = dict[Key, int]
+WIDTH, HIGHEST = 6, 40
+MAX_BITS, TINY = 400, 10
+
+
+class Model(NamedTuple):
+    """A polynomial, its terms by the power of t, and at most how far the function is from it."""
+
+    parts: dict[int, Terms]
+    radius: int
+
+
+ZERO = Model({}, 0)
+
+
+def key(exponents: Iterable[int]) -> Key:
+    """The monomial with these exponents of the set variables."""
+    return sum(e * ((1 << WIDTH * (i + 1)) + 1) for i, e in enumerate(exponents))
+
+
+def degree(key: Key) -> int:
+    """The degree of a monomial in the set variables."""
+    return key & 63
+
+
+def exponents(key: Key) -> Iterator[int]:
+    """The exponents of the set variables, as far as there are any."""
+    while key := key >> WIDTH:
+        yield key & 63
+
+
+def size(terms: Terms) -> int:
+    """The sum of the magnitudes."""
+    return sum(map(abs, terms.values()))
+
+
+def norm(a: Model) -> int:
+    """A bound of the magnitude."""
+    return sum(map(size, a.parts.values())) + a.radius
+
+
+def bounds(a: Model) -> tuple[int, int]:
+    """Bounds of the values: what has even powers only, or none but of t, has one sign."""
+    low, high = -a.radius, a.radius
+    for power, terms in a.parts.items():
+        for k, c in terms.items():
+            is_fixed, is_even = not power and not k, not any(e & 1 for e in exponents(k))
+            low += c if is_fixed or (is_even and c < 0) else 0 if is_even else -abs(c)
+            high += c if is_fixed or (is_even and c > 0) else 0 if is_even else abs(c)
+    return low, high
+
+
+def middle(a: Model) -> int:
+    """The value of the polynomial at t = 0 in the middle of the set."""
+    return a.parts.get(0, {}).get(0, 0)
+
+
+def add(a: Model, b: Model, sign: int = 1) -> Model:
+    """`a + sign * b` for an integer sign."""
+    parts = {power: dict(terms) for power, terms in a.parts.items()}
+    for power, terms in b.parts.items():
+        mine = parts.setdefault(power, {})
+        for k, c in terms.items():
+            mine[k] = mine.get(k, 0) + sign * c
+    return Model(parts, a.radius + abs(sign) * b.radius)
+
+
+def widened(a: Model, radius: int) -> Model:
+    """The same polynomial with a larger error."""
+    return Model(a.parts, a.radius + radius)
+
+
+def lowered(a: Model, time: int, most: int) -> Model:
+    """What is of a higher power of t, or a higher degree, is moved to the radius."""
+    kept = {i: {k: c for k, c in t.items() if degree(k) <= most} for i, t in a.parts.items() if i <= time}
+    return Model(kept, norm(a) - norm(Model(kept, 0)))
+
+
+def slope(a: Model) -> Model:
+    """The derivative by t of the polynomial; the radius is left out."""
+    return Model({i - 1: {k: i * c for k, c in t.items()} for i, t in a.parts.items() if i}, 0)
+
+
+def at_end(a: Model) -> Model:
+    """The polynomial at t = 1; the radius is left out."""
+    out: Terms = defaultdict(int)
+    for terms in a.parts.values():
+        for k, c in terms.items():
+            out[k] += c
+    return Model({0: dict(out)}, 0)
+
+
+class Space:
+    """Models up to a power of t and a degree in the set variables."""
+
+    def __init__(self, bits: int, time: int, degree: int) -> None:
+        self.bits, self.one, self.time, self.degree = bits, 1 << bits, time, degree
+
+    def number(self, low: Fraction, high: Fraction | None = None) -> Model:
+        """A number, or all numbers between two."""
+        least, most = floor(low * self.one), ceil((low if high is None else high) * self.one)
+        return Model({0: {0: (least + most) >> 1}}, (most - least + 1) >> 1)
+
+    def constant(self, value: int, radius: int = 0) -> Model:
+        """A number in units."""
+        return Model({0: {0: value}}, radius)
+
+    def up(self, product: int) -> int:
+        """A product of two bounds, rounded up."""
+        return -(-product >> self.bits)
+
+    def scaled(self, a: Model, by: int) -> Model:
+        """`by * a`, `by` in units."""
+        parts = {i: {k: c * by >> self.bits for k, c in terms.items()} for i, terms in a.parts.items()}
+        return Model(parts, self.up(a.radius * abs(by)) + sum(map(len, parts.values())))
+
+    def mul(self, a: Model, b: Model) -> Model:
+        """The product."""
+        out: dict[int, Terms] = defaultdict(lambda: defaultdict(int))
+        right = [(j, *self._by_degree(terms), size(terms)) for j, terms in b.parts.items()]
+        lost = norm(a) * b.radius + sum(r[3] for r in right) * a.radius
+        for i, terms in a.parts.items():
+            own = size(terms)
+            for j, upto, beyond, whole in right:
+                if i + j > self.time:
+                    lost += own * whole
+                    continue
+                spend(1 + (len(terms) * len(upto[-1]) >> 3))
+                mine = out[i + j]
+                for k, c in terms.items():
+                    left = self.degree - (k & 63)
+                    lost += abs(c) * (beyond[left] if left >= 0 else whole)
+                    for other, d in upto[left] if left >= 0 else ():
+                        mine[k + other] += c * d
+        return self._rounded(out, lost)
+
+    def _by_degree(self, terms: Terms) -> tuple[list[list[tuple[Key, int]]], list[int]]:
+        """For each degree the terms up to it, and the size of those beyond."""
+        upto = [[term for term in terms.items() if term[0] & 63 <= d] for d in range(self.degree + 1)]
+        whole = size(terms)
+        return upto, [whole - sum(abs(c) for _, c in some) for some in upto]
+
+    def _rounded(self, products: dict[int, Terms], lost: int) -> Model:
+        """Products in units again; tiny terms are moved to the radius."""
+        bits, parts, radius = self.bits, {}, self.up(lost)
+        if radius.bit_length() > bits + MAX_BITS:
+            raise Beyond("numbers grow beyond what the checker allows")
+        for i, terms in products.items():
+            kept = {}
+            for k, c in terms.items():
+                c >>= bits
+                if c >> TINY in (0, -1):
+                    radius += abs(c)
+                else:
+                    kept[k] = c
+            radius += len(terms)
+            parts[i] = kept
+        return Model(parts, radius)
+
+    def sum(self, products: Iterable[tuple[Model, Model]]) -> Model:
+        """The sum of products."""
+        out = ZERO
+        for a, b in products:
+            if a is not ZERO and b is not ZERO:
+                out = add(out, self.mul(a, b))
+        return out
+
+    def polynomials(self, rows: Sequence[Sequence[tuple[int, int]]], a: Model, rest: int) -> list[Model]:
+        """`sum c_k a^k` for each row of c_k, given with bounds of their errors; `rest` bounds all that is left out."""
+        power, found = self.constant(self.one), [widened(self.constant(*row[0]), rest) for row in rows]
+        for k in range(1, len(rows[0])):
+            power = self.mul(power, a)
+            whole = norm(power)
+            for n, row in enumerate(rows):
+                c, error = row[k]
+                found[n] = widened(add(found[n], self.scaled(power, c)), self.up(error * whole))
+        return found
+
+    def replaced(self, a: Model, variable: int, by: Model) -> Model:
+        """t (variable -1) or a set variable replaced by a model in the same range, in Horner's way."""
+        powers: dict[int, dict[int, Terms]] = {}
+        step = key([*[0] * variable, 1]) if variable >= 0 else 0
+        for i, terms in a.parts.items():
+            for k, c in terms.items():
+                e = i if variable < 0 else k >> WIDTH * (variable + 1) & 63
+                powers.setdefault(e, {}).setdefault(0 if variable < 0 else i, {})[k - e * step] = c
+        out = ZERO
+        for e in range(max(powers, default=0), -1, -1):
+            out = add(self.mul(out, by), Model(powers.get(e, {}), 0))
+        return widened(out, a.radius)

@@ -1,0 +1,176 @@
+"""A start whose own stretches certainly exist and certainly decide the goal: a run that refutes, or is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import pairwise, product
+
+from haverify.analyses.flow_model import Atom, Box, Condition, Every, Some, condition
+from haverify.analyses.hybrid.model import HybridModel, Start, Watched
+from haverify.analyses.hybrid.question import Question, follow, pair
+from haverify.evidence.run import Passage, Run, Step
+from haverify.model.expression import Expr
+from haverify.obligations.residual import Situation, residual
+from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, Tape, reach
+
+Q = Fraction
+
+
+def by_a_run(question: Question) -> tuple[bool, Run | None]:
+    """Whether a start is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
+    has_start = False
+    for start in question.model.starts:
+        for point in _points(start.box):
+            if not _is_admissible(question, start, point):
+                continue
+            has_start = True
+            run = _run_from(question, start, point)
+            if run is not None:
+                return True, run
+    return has_start, None
+
+
+def _points(box: Box) -> Iterator[tuple[Q, ...]]:
+    yield tuple((low + high) / 2 for low, high in box)
+    wide = [ends if ends[0] < ends[1] else ends[:1] for ends in box]
+    if 0 < sum(len(w) > 1 for w in wide) <= 4:
+        yield from product(*wide)
+
+
+def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
+    """Whether a start is certainly one: the init line and the domain hold there.
+
+    The conditions are judged along a field that is zero, so that nothing moves.
+    """
+    model = question.model
+    known, mode = model.definitions[start.mode], model.modes[start.mode]
+    at = Situation(mode.name)
+    conditions = [condition(residual(e, at), known) for e in start.rest]
+    conditions += [_closed(condition(residual(mode.domain, at), known))]
+    variables = {n: i for i, n in enumerate(model.names)}
+    watched = Watched(Tape(variables, known))
+    words = watched.words(Every(tuple(conditions)))
+    still = Tape(variables, known)
+    zero = still.add(Expr("num", (Q(0),)))
+    listing: ModeListing = (still.listing([zero] * len(model.names)), watched.listing(), [], words, [("true", 0)], [])
+    settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
+    sides = [pair(q, q) for q in point]
+    (stretch,) = reach([listing], (0, sides, []), 1e-3, "horizon", settings, Budget(0, 1, 0))
+    return bool(stretch.stages) and all(g.claim.holds for g in stretch.stages)
+
+
+def _closed(c: Condition) -> Condition:
+    """The condition as a domain is read: bounds closed, `!=` left out."""
+    if isinstance(c, bool):
+        return c
+    if isinstance(c, Atom):
+        return True if c.op == "!=" else Atom(c.quantity, {"<": "<=", ">": ">="}.get(c.op, c.op))
+    members = tuple(_closed(m) for m in c.members)
+    return Every(members) if isinstance(c, Every) else Some(members)
+
+
+def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | None:
+    """The run from a start, if it certainly violates what has to hold, or never meets it."""
+    box = tuple((q, q) for q in point)
+    if question.asked.kind == "reach":
+        tree = follow(question, start, box, "met")
+        run = _never_met(question, start, point, tree)
+        question.shown = [(box, tree)] if run is not None else question.shown
+        return run
+    tree = follow(question, start, box, "violated")
+    question.shown = [(box, tree)]
+    for number, s in enumerate(tree):
+        when = s.jump.claim.violated if s.jump is not None else None
+        if when is not None:
+            return _run(question, start, point, tree, number, when, is_landing=True)
+        for g in s.stages:
+            if g.claim.violated is not None:
+                return _run(question, start, point, tree, number, g.claim.violated, is_landing=False)
+    question.shown = []
+    return None
+
+
+def _never_met(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:
+    """The run along certain stretches that goes past the bound without ever meeting the goal."""
+    number = 0
+    while True:
+        s = tree[number]
+        landed = s.jump is None or s.jump.claim.fails
+        if not (s.is_certain and landed and all(g.claim.fails and g.keeps_window for g in s.stages)):
+            return None
+        if s.end == "horizon":
+            last = s.stages[-1].time
+            return _run(question, start, point, tree, number, last, is_landing=False)
+        following = [i for i, t in enumerate(tree) if t.parent == number]
+        number = next((i for i in following if tree[i].is_certain), -1)
+        if s.end != "jumped" or number < 0:
+            return None
+
+
+def _run(
+    question: Question,
+    start: Start,
+    point: Sequence[Q],
+    tree: Sequence[Stretch],
+    number: int,
+    when: Pair,
+    is_landing: bool,
+) -> Run:
+    """The run down to a stretch of the tree; its dwells are numbers inside their enclosures."""
+    model = question.model
+    path = [number]
+    while (parent := tree[path[0]].parent) is not None:
+        path.insert(0, parent)
+    steps, now = [], Q(0)
+    for before, after in pairwise(path):
+        jump = tree[after].jump
+        if jump is None:
+            continue
+        instant = _simplest(*jump.time)
+        steps.append(Step(max(instant - now, Q(0)), model.edges[tree[before].mode][jump.edge]))
+        now = instant
+    at = Q(0) if is_landing else max(_simplest(max(when[0], float(now)), when[1]) - now, Q(0))
+    count = len(model.automaton.vars)
+    values = tuple(zip(model.names[:count], point[:count], strict=True))
+    params = tuple(zip(model.names[count:-1], point[count:-1], strict=True))
+    passages = _passages(model, tree, path, values)
+    end = _passage(model, tree[number], None, when, _states_at(tree[number], when, is_landing))
+    return Run(model.modes[start.mode].name, values, params, tuple(steps), at, (*passages, end))
+
+
+def _passages(
+    model: HybridModel, tree: Sequence[Stretch], path: Sequence[int], values: Sequence[tuple[str, Q]]
+) -> Iterator[Passage]:
+    """The start and the landings on the way to a stretch."""
+    first = [(float(q), float(q)) for _, q in values]
+    yield _passage(model, tree[path[0]], None, (0.0, 0.0), first)
+    for before, after in pairwise(path):
+        jump = tree[after].jump
+        if jump is not None:
+            edge = model.automaton.edges[model.edges[tree[before].mode][jump.edge]].name
+            yield _passage(model, tree[after], edge, jump.time, jump.after)
+
+
+def _passage(model: HybridModel, s: Stretch, edge: str | None, time: Pair, states: Sequence[Pair]) -> Passage:
+    names = [v.name for v in model.automaton.vars]
+    ends = tuple((n, *pair) for n, pair in zip(names, states, strict=False))
+    return Passage(model.modes[s.mode].name, edge, time, ends)
+
+
+def _states_at(s: Stretch, when: Pair, is_landing: bool) -> Sequence[Pair]:
+    """The states in the step with some instants; right after the jump for a landing."""
+    if is_landing and s.jump is not None:
+        return s.jump.after
+    return next((g.states for g in s.stages if g.time[0] <= when[0] and when[1] <= g.time[1]), s.stages[-1].states)
+
+
+def _simplest(low: float, high: float) -> Q:
+    """The number of fewest decimal places between two."""
+    places = 0
+    while True:
+        scale = 10**places
+        candidate = Q(-((-Q(low) * scale) // 1), scale)
+        if candidate <= Q(high) or places > 400:
+            return candidate
+        places += 1

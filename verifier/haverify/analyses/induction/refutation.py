@@ -1,0 +1,165 @@
+"""A claim is false where one admissible start violates it at once, or by a run that a flowpipe encloses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+from haverify.analyses.flow_model import flow_model
+from haverify.analyses.induction.points import Point, certainly, satisfying
+from haverify.analyses.induction.runs import compiled, violated, walk
+from haverify.evidence.run import Run
+from haverify.model.expression import TRUE, Expr
+from haverify.model.hybrid import Assign, Init, Param, Range
+from haverify.obligations.formula import negation
+from haverify.obligations.induction import Induction
+from haverify.obligations.premises import Premises
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import record, replace
+
+Q = Fraction
+Json = Any
+STARTS = 12
+STEPS = 600
+SPANS = (Q(5), Q(60))  # how long runs are followed where the claim says nothing
+TRIED = 4
+
+
+@record
+class Start:
+    """An admissible start."""
+
+    mode: str
+    point: Point
+
+
+def names_of(induction: Induction) -> list[str]:
+    """Variables and params that are not one number."""
+    return [
+        *(v.name for v in induction.automaton.vars),
+        *(n for n, (low, high) in induction.params.items() if low < high),
+    ]
+
+
+def starts(induction: Induction, more: bool = True) -> Iterator[Start]:
+    """Admissible starts: for each init line one that satisfies it, and (`more`) others around."""
+    names = [*names_of(induction), "time"]
+    for line, mode, _ in induction.lines():
+        windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
+        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
+        first = satisfying(told, names)
+        if first is not None:
+            yield from (Start(mode, p) for p in (_around(told, first) if more else [first]))
+
+
+def _around(told: Premises, first: Point) -> Iterator[Point]:
+    """The point, and those reached from it in random directions as far as the conditions hold."""
+    yield first
+    random = Random(1)
+    here, count = first, 0
+    for _ in range(STARTS * 3):
+        way = {n: Q(random.randint(-8, 8), 8) for n in first}
+        length = Q(4)
+        for _ in range(9):
+            there = {n: q + (way[n] * length if n != "time" else 0) for n, q in here.items()}
+            if all(certainly(f, there, told.functions) for f in told.entries):
+                yield there
+                count += 1
+                here = there if count % 3 else first
+                break
+            length /= 2
+        if count >= STARTS:
+            return
+
+
+def at_once(induction: Induction) -> Start | None:
+    """An admissible start that violates the goal there and then, where the goal speaks of the start."""
+    window = induction.goal.window
+    if window is not None and induction.values.number(window[0]) > 0:
+        return None
+    names = [*names_of(induction), "time"]
+    for line, mode, _ in induction.lines():
+        windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
+        wrong = negation(induction.aim(mode))
+        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows, wrong)
+        found = satisfying(told, names)
+        if found is not None:
+            return Start(mode, found)
+    return None
+
+
+def by_run(induction: Induction) -> Run | None:
+    """A run inside of one mode whose flowpipe certainly violates the goal."""
+    if induction.using or induction.claim.assume or induction.spec.assumptions:
+        return None
+    tried = 0
+    for span in (induction.limit,) if induction.limit is not None else SPANS:
+        try:
+            suspects = sorted(_suspects(induction, span), key=lambda s: s[1])
+        except OverflowError:  # numbers that floats do not hold
+            return None
+        for start, time in suspects:
+            tried += 1
+            found = _enclosed(induction, start, Q(time).limit_denominator(1000) * Q(11, 10) + Q(1, 100))
+            if found is not None:
+                return found
+            if tried >= TRIED:
+                return None
+    return None
+
+
+def _suspects(induction: Induction, span: Q) -> list[tuple[Start, float]]:
+    """Starts whose runs, in floats, violate the goal inside of the domain, and when."""
+    names = [*names_of(induction), "time"]
+    found = []
+    for start in starts(induction):
+        if any(e.urgent and e.source == start.mode for e in induction.automaton.edges):
+            continue
+        fields, functions = induction.field(start.mode), induction.functions
+        rates = [compiled(fields[n], names, functions) if n in fields else lambda _: 0.0 for n in names]
+        wrong = violated(negation(induction.aim(start.mode)), names, functions)
+        outside = violated(negation(induction.premises(*induction.common(start.mode)).conjunction()), names, functions)
+        for time, point in walk(rates, [start.point[n] for n in names], float(span), STEPS):
+            if outside(point):
+                break
+            if wrong(point):
+                found.append((start, time))
+                break
+    return found
+
+
+def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
+    """The run from a start up to its violation, if a flowpipe shows it."""
+    from haverify.analyses.taylor_reach import violating_from
+
+    spec, automaton, claim = _alone(induction, start)
+    if induction.limit is None:
+        claim = replace(claim, time=Expr("num", (span,)))
+    try:
+        goal = claim.goals[0]
+        model = flow_model(spec, automaton, [goal.condition])
+        at = violating_from(model, claim, goal, [start.point.get(n, Q(0)) for n in model.names])
+    except OutsideFragmentError:
+        return None
+    if at is None:
+        return None
+    values = tuple((v.name, start.point[v.name]) for v in induction.automaton.vars)
+    params = tuple((n, start.point.get(n, low)) for n, (low, _) in induction.params.items())
+    return Run(start.mode, values, params, (), at)
+
+
+def _alone(induction: Induction, start: Start) -> Any:
+    """Spec, automaton and claim with the mode of a start alone; its edges are not urgent, so a run may stay."""
+
+    def fixed(params: tuple[Param, ...]) -> tuple[Param, ...]:
+        ends = {p.name: Expr("num", (start.point.get(p.name, induction.params[p.name][0]),)) for p in params}
+        return tuple(replace(p, range=Range(ends[p.name], ends[p.name])) for p in params)
+
+    a = induction.automaton
+    assigns = tuple(Assign(v.name, Expr("num", (start.point[v.name],))) for v in a.vars)
+    mode = replace(induction.mode(start.mode), terminal=False)
+    alone = replace(a, modes=(mode,), edges=(), init=(Init(start.mode, TRUE, assigns),), params=fixed(a.params))
+    claim = replace(induction.claim, goals=(induction.goal,))
+    return replace(induction.spec, params=fixed(induction.spec.params)), alone, claim

@@ -1,0 +1,118 @@
+"""Barrier certificates: a polynomial between starts and unsafe states that grows at most exponentially.
+
+Sought is p with `p <= -1` at the starts, `p >= 1` at unsafe states and `p' <= rate * p` in the domain, each as an
+identity with sums of squares, all of them in one semidefinite program. What comes out is rounded and only a guess.
+
+Source              H. Kong, F. He, X. Song, W. Hung, M. Gu, "Exponential-condition-based barrier certificate
+                    generation for safety verification of hybrid systems", 2013
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from haverify.analyses.synthesis.integrals import Field, derivative
+from haverify.maths.polynomial import Polynomial, constant, total, variable
+from haverify.obligations.formula import Literal
+from haverify.solvers.positivity import semidefinite
+from haverify.solvers.positivity.ansatz import Ansatz, Cone, Free, monomials
+from haverify.solvers.positivity.levels import MOST_PREMISES, Question
+from haverify.solvers.positivity.refute import coordinates
+from haverify.text.record import record
+
+BARRIER = -2
+MOST_ENTRIES = 12000
+
+
+@record
+class Shape:
+    """The degree of a barrier and of the identities about it, and the rate of its growth."""
+
+    degree: int
+    multipliers: int
+    rate: Fraction
+
+
+def barrier(
+    domain: Sequence[Literal],
+    start: Sequence[Literal],
+    unsafe: Sequence[Literal],
+    field: Field,
+    names: tuple[str, ...],
+    shape: Shape,
+    seconds: float,
+) -> Polynomial | None:
+    """A polynomial that may be above 0 at all unsafe states and not where runs from the starts come to."""
+    known = (*domain, *start, *unsafe)
+    there, back = coordinates(Question(known, tuple(range(len(known))), total(variable(v) for v in names)))
+    moved = {v: (field[v].substitute(there)).scaled(1 / there[v].terms[((v, 1),)]) for v in names if v in field}
+    basis = monomials(names, shape.degree)
+    if len(basis) > 300:
+        return None
+    tags = [variable(f"?{k}") for k in range(3)]
+    unknowns = []
+    for m in basis:
+        flow = m.scaled(shape.rate) - derivative(m, moved)
+        unknowns.append(Free((BARRIER, m), m * tags[0] - m * tags[1] - flow * tags[2]))
+    cones = []
+    for k, (tag, premises) in enumerate(zip(tags, (start, unsafe, domain), strict=True)):
+        cones += _cones(k, tag, [_moved(q, there) for q in premises], names, shape)
+    free = [*unknowns, *(c for c in cones if isinstance(c, Free))]
+    only = [c for c in cones if isinstance(c, Cone)]
+    size = sum(len(c.basis) * (len(c.basis) + 1) // 2 for c in only)
+    if size > MOST_ENTRIES:
+        return None
+    target = tags[0] + tags[1] + tags[2].scaled(Fraction(1, 1000))
+    numbers = semidefinite.approximate(Ansatz(target, tuple(free), tuple(only)), seconds)
+    if numbers is None:
+        return None
+    found = [(m, numbers.get((BARRIER, m), 0.0)) for m in basis]
+    largest = max(abs(c) for _, c in found)
+    if not largest > 1e-9:
+        return None
+    rounded = [m.scaled(Fraction(round(c / largest * 2**12), 2**12)) for m, c in found]
+    return total(rounded).substitute(back)
+
+
+def _moved(q: Literal, there: dict[str, Polynomial]) -> Literal:
+    return Literal(q.op, q.polynomial.substitute(there))
+
+
+def _cones(
+    k: int, tag: Polynomial, premises: Sequence[Literal], names: tuple[str, ...], shape: Shape
+) -> list[Cone | Free]:
+    """Sums of squares times premises, and multiples of equations, in identity k."""
+    degree = shape.multipliers if k == 2 else max([shape.degree, *(q.polynomial.total_degree() for q in premises)])
+    degree += degree % 2
+    found: list[Cone | Free] = [Cone((k,), tag, tuple(monomials(names, degree // 2)))]
+    for i, p in enumerate(
+        _squeezed([-q.polynomial for q in premises if q.op in ("<", "<=") and q.polynomial.variables])
+    ):
+        room = degree - p.total_degree()
+        if room >= 0:
+            found.append(Cone((k, i), p * tag * constant(_size(p)), tuple(monomials(names, room // 2))))
+    for i, q in enumerate(premises):
+        if q.op == "==":
+            room = max(degree - q.polynomial.total_degree(), 0)
+            found += [Free((k, -i - 1, m), m * q.polynomial * tag) for m in monomials(names, room)]
+    return found
+
+
+def _squeezed(bounds: Sequence[Polynomial]) -> list[Polynomial]:
+    """Polynomials that are at least 0; two that bound one quantity from both sides are replaced by their product."""
+    found = []
+    left = list(dict.fromkeys(bounds))[-MOST_PREMISES:]
+    while left:
+        p = left.pop(0)
+        other = next((q for q in left if (p + q).constant is not None), None)
+        if other is not None and p.total_degree() == 1:
+            left.remove(other)
+            found.append(p * other)
+        else:
+            found.append(p)
+    return found
+
+
+def _size(p: Polynomial) -> Fraction:
+    return 1 / max(map(abs, p.terms.values()))
