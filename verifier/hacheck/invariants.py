@@ -252,6 +252,8 @@ def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, st
     """What an entry of kind `invariant` establishes."""
     if question.goal["kind"] not in ("always", "can_reach"):
         raise Beyond("an invariant for another goal")
+    if question.scope.rounding:
+        raise Beyond("an invariant for all numbers that round to those printed")
     if entry["kind"] == "start":
         return _at_start(question, entry)
     induction, found = Induction(question, entry["using"], entry["modes"]), []
