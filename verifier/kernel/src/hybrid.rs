@@ -163,6 +163,7 @@ struct Landing {
     set: Set,
     jump: Jump,
     is_certain: bool,
+    is_boxed: bool,
 }
 
 struct Analysis<'a> {
@@ -387,8 +388,11 @@ impl<'a> Analysis<'a> {
         let time = *hull.last().ok_or(Fault::Unknown)?;
         let claim = judged(edge.claim.truth(&quantities), time, is_certain && walk.stretch.is_certain);
         let jump = Jump { edge: number, time, before: ranges(&wide, before)?, after: hull, claim };
-        let set = compact(Set { space: wide.space, models: after }, self.settings.degree)?;
-        Ok(Some(Landing { edge: number, set, jump, is_certain }))
+        let set = Set { space: wide.space, models: after };
+        // A box may have states that no run comes to; parts of it may have no others.
+        let is_boxed = set.space.variables > set.models.len() + SPARE;
+        let set = if is_boxed { Set::of_box(&set.hull()?, self.settings.degree.max(1)) } else { set };
+        Ok(Some(Landing { edge: number, set, jump, is_certain, is_boxed }))
     }
 
     fn leave(&mut self, walk: &Walk<'a>, landing: Landing) {
@@ -398,7 +402,7 @@ impl<'a> Analysis<'a> {
             set: landing.set,
             jumps: walk.stretch.jumps + 1,
             cuts: walk.cuts,
-            is_certain: landing.is_certain && walk.stretch.is_certain,
+            is_certain: landing.is_certain && !landing.is_boxed && walk.stretch.is_certain,
             jump: Some(landing.jump),
             known: Vec::new(),
         });
@@ -445,12 +449,4 @@ impl<'a> Analysis<'a> {
         }
         Ok(End::Cut)
     }
-}
-
-/// A set with fewer variables if it has many more than the state: a box around it.
-fn compact(set: Set, degree: usize) -> Result<Set, Fault> {
-    if set.space.variables <= set.models.len() + SPARE {
-        return Ok(set);
-    }
-    Ok(Set::of_box(&set.hull()?, degree.max(1)))
 }
