@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from time import monotonic
+from time import process_time
 
 from haverify.analyses.synthesis.barriers import Shape, barrier
 from haverify.analyses.synthesis.candidates import (
@@ -22,12 +22,13 @@ from haverify.analyses.synthesis.keep import boundary, keep
 from haverify.analyses.synthesis.lyapunov import forms
 from haverify.analyses.synthesis.samples import Samples, branches, inside, sample
 from haverify.analyses.synthesis.system import Cut, System
+from haverify.analyses.synthesis.used import used
 from haverify.maths.polynomial import Polynomial, variable
 from haverify.obligations.formula import Formula, Literal, literals, negation, variables
 from haverify.obligations.premises import Premises, members, whole
 from haverify.solvers.positivity.levels import HIGHER, MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES, Level
 from haverify.solvers.positivity.refute import Effort, is_absurd, refute
-from haverify.text.record import holder
+from haverify.text.record import field, holder
 
 CHEAP: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 MEDIUM: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS)
@@ -48,10 +49,11 @@ class Search:
     tried: set[object]
     found: list[Polynomial]
     open: list[Formula]
+    needed: set[Literal] = field(default_factory=set)
 
     def effort(self, levels: tuple[Level, ...], seconds: float) -> Effort:
         """Levels within so many seconds, and within the time that is left."""
-        return Effort(levels, min(self.until, monotonic() + seconds))
+        return Effort(levels, min(self.until, process_time() + seconds))
 
     def premises(self) -> Premises:
         """What holds at all times, and the cuts."""
@@ -59,7 +61,7 @@ class Search:
 
     def is_over(self) -> bool:
         """Whether the time is up."""
-        return monotonic() > self.until
+        return process_time() > self.until
 
     def attempt(self, cut: Sequence[Literal], levels: tuple[Level, ...]) -> bool:
         """Adds the conjunction as a cut if it holds at the starts and is kept."""
@@ -94,8 +96,11 @@ class Search:
         """Whether domain and cuts imply the goal; what they imply of it need not be asked again."""
         premises = self.premises()
         for part in list(self.open):
-            if refute(premises.with_(part), self.effort(levels, 6)) is not None:
+            known = premises.with_(part)
+            proof = refute(known, self.effort(levels, 6))
+            if proof is not None:
                 self.open.remove(part)
+                self.needed |= used(proof, known)
         return not self.open
 
     def is_relevant(self, q: Literal) -> bool:
@@ -117,23 +122,34 @@ class Search:
 
 def invent(system: System, seconds: float) -> list[Cut] | None:
     """Cuts that, with the common premises, imply the goal, each kept under those before it; None if not found."""
-    until = monotonic() + seconds
     unsafe = [negation(g) for g in members(system.goal, is_and=True)]
-    search = Search(system, sample(system), until, [], set(), [], unsafe)
-    for stage in (_equations, _constants, _goal_itself, _integrals, _signs, _boxes, _decreasing, _higher):
+    search = Search(system, sample(system), process_time() + seconds, [], set(), [], unsafe)
+    for stage, levels in STAGES:
         stage(search)
-        if search.is_done(MEDIUM):
-            return search.cuts
+        if search.is_done(levels):
+            return pruned(search)
         if search.is_over():
             return None
-    for stage in (lambda s: _barriers(s, FIRST), lambda s: _signs(s, MEDIUM), lambda s: _boxes(s, MEDIUM)):
-        stage(search)
-        if search.is_done(DEAR):
+    return None
+
+
+def pruned(search: Search) -> list[Cut]:
+    """The cuts that the goal rests on, their rules found anew; all cuts where that fails."""
+    needed, kept = set(search.needed), list[Cut]()
+    for k in reversed(range(len(search.cuts))):
+        cut = search.cuts[k]
+        if needed & set(cut.literals):
+            kept.insert(0, cut)
+            before = search.system.common.with_(*(q for c in search.cuts[:k] for q in c.literals))
+            needed |= used(cut.rule, before)
+    unsafe = [negation(g) for g in members(search.system.goal, is_and=True)]
+    again = Search(search.system, search.samples, process_time() + 10, [], set(), [], unsafe)
+    for cut in kept:
+        rule = keep(again.premises(), cut.literals, search.system.field, again.effort((*DEAR, HIGHER), 4))
+        if rule is None:
             return search.cuts
-        if search.is_over():
-            return None
-    _barriers(search, LATER)
-    return search.cuts if search.is_done(DEAR) else None
+        again.cuts.append(Cut(cut.literals, rule))
+    return again.cuts if again.is_done(DEAR) else search.cuts
 
 
 def _decreasing(search: Search) -> None:
@@ -169,7 +185,7 @@ def _is_separated(
     names: tuple[str, ...],
     shape: Shape,
 ) -> bool:
-    seconds = max(0.5, (search.until - monotonic()) / 3)
+    seconds = max(0.5, (search.until - process_time()) / 3)
     about = [[q for q in side if set(q.polynomial.variables) <= set(names)] for side in (domain, start, unsafe)]
     p = barrier(about[0], about[1], [*about[0], *about[2]], search.system.field, names, shape, seconds)
     return p is not None and search.attempt([below(p)], (SQUARES, HIGHER))
@@ -382,3 +398,19 @@ def _bounds(search: Search, p: Polynomial) -> list[Literal]:
         if q.polynomial in (p, -p):
             found += [below(q.polynomial), below(-q.polynomial)]
     return found
+
+
+STAGES: tuple[tuple[Callable[[Search], None], tuple[Level, ...]], ...] = (
+    (_equations, CHEAP),
+    (_constants, CHEAP),
+    (_goal_itself, CHEAP),
+    (_integrals, MEDIUM),
+    (_signs, MEDIUM),
+    (_boxes, MEDIUM),
+    (_decreasing, MEDIUM),
+    (_higher, MEDIUM),
+    (lambda s: _barriers(s, FIRST), DEAR),
+    (lambda s: _signs(s, MEDIUM), DEAR),
+    (lambda s: _boxes(s, MEDIUM), DEAR),
+    (lambda s: _barriers(s, LATER), DEAR),
+)

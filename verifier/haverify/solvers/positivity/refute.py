@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import isqrt
-from time import monotonic
+from time import process_time
 from typing import Any
 
 from haverify.maths.polynomial import Polynomial, constant, variable
@@ -24,18 +24,18 @@ MOST_BRANCHES = 64
 
 @record
 class Effort:
-    """The levels to try, in order, and an instant (of the monotonic clock) to stop at."""
+    """The levels to try, in order, and an instant of CPU time to stop at."""
 
     levels: tuple[Level, ...]
     until: float
 
     def is_over(self) -> bool:
         """Whether the time is up."""
-        return monotonic() > self.until
+        return process_time() > self.until
 
     def seconds(self) -> float:
         """The time that is left, at least a little."""
-        return max(0.2, self.until - monotonic())
+        return max(0.2, self.until - process_time())
 
 
 def refute(premises: Premises, effort: Effort) -> Proof | None:
