@@ -32,8 +32,8 @@ from haverify.text.record import field, holder
 
 CHEAP: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 MEDIUM: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS)
-DEAR: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS, PRODUCTS)
-RATES = (Fraction(0), Fraction(-1), Fraction(1))
+DEAR: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS, HIGHER, PRODUCTS)
+RATES = (Fraction(0), Fraction(-1), Fraction(1), Fraction(-5), Fraction(-1, 10))
 FIRST = tuple(Shape(d, d + 2, r) for d in (2, 4) for r in RATES)
 LATER = tuple(Shape(d, d + 4, r) for d in (2, 4, 6) for r in RATES)
 
@@ -105,11 +105,11 @@ class Search:
 
     def is_relevant(self, q: Literal) -> bool:
         """Whether the literal says something of names that unsafe states are still linked with."""
-        return not self.linked().isdisjoint(q.polynomial.variables)
+        return not self.linked(self.open).isdisjoint(q.polynomial.variables)
 
-    def linked(self) -> set[str]:
+    def linked(self, parts: Sequence[Formula]) -> set[str]:
         """The names of what is open, of their rates, and of what starts and domain say of these."""
-        names = {v for part in self.open for v in variables(part)}
+        names = {v for part in parts for v in variables(part)}
         entries = [variables(e) for p in (self.system.common, *self.system.starts) for e in p.entries]
         entries += [{v, *p.variables} for v, p in self.system.field.items()]
         for _ in entries:
@@ -145,7 +145,7 @@ def pruned(search: Search) -> list[Cut]:
     unsafe = [negation(g) for g in members(search.system.goal, is_and=True)]
     again = Search(search.system, search.samples, process_time() + 10, [], set(), [], unsafe)
     for cut in kept:
-        rule = keep(again.premises(), cut.literals, search.system.field, again.effort((*DEAR, HIGHER), 4))
+        rule = keep(again.premises(), cut.literals, search.system.field, again.effort(DEAR, 4))
         if rule is None:
             return search.cuts
         again.cuts.append(Cut(cut.literals, rule))
@@ -154,7 +154,7 @@ def pruned(search: Search) -> list[Cut]:
 
 def _decreasing(search: Search) -> None:
     """Quadratic forms that decrease near an equilibrium, bounded between starts and unsafe states."""
-    field, linked = search.system.field, search.linked()
+    field, linked = search.system.field, search.linked(search.open)
     for group in closures(field):
         names = tuple(v for v in group if v in field and field[v].whole)
         if set(names) <= linked:
@@ -165,10 +165,10 @@ def _decreasing(search: Search) -> None:
 def _barriers(search: Search, shapes: Sequence[Shape]) -> None:
     """A barrier between the starts and each kind of unsafe states."""
     domain = [e for e in search.premises().entries if isinstance(e, Literal)]
-    linked = search.linked()
-    names = tuple(v for v in search.samples.names if v in linked)
     starts = [b for s in search.system.starts for b in branches(s.entries)]
     for part in list(search.open):
+        linked = search.linked([part])
+        names = tuple(v for v in search.samples.names if v in linked)
         for unsafe in branches([part]):
             for shape in shapes:
                 if search.is_over() or (
@@ -387,9 +387,11 @@ def _bounds(search: Search, p: Polynomial) -> list[Literal]:
         return []
     found: list[Literal] = []
     spread = max(reached[1] - reached[0], 1e-3)
+    width = min(spread, max(at_start[1] - at_start[0], (1 + abs(at_start[1])) / 20))
     for sign, start, top in ((1, at_start[1], reached[1]), (-1, -at_start[0], -reached[0])):
         signed = p.scaled(Fraction(sign))
-        tops = [simple_between(top, top + spread / 50), simple_between(top + spread / 8, top + spread / 4)]
+        tops = [simple_between(top, top + width / 16), simple_between(top + width / 8, top + width / 4)]
+        tops += [simple_between(top + spread / 8, top + spread / 4)] if spread > 2 * width else []
         tops += [simple_between(top + 2 * spread, top + 4 * spread)] if p.total_degree() == 2 else []
         if start < 0 <= top + 1e-9 or abs(top) < spread / 8:
             tops.append(Fraction(0))
