@@ -7,7 +7,7 @@ import resource
 import sys
 from typing import Any
 
-from tests.bench.flowpipes import Call, ends, recorded
+from tests.bench.flowpipes import Call, ends, impacts, recorded
 
 from haverify.analyses import taylor_reach
 from haverify.analyses.portfolio import decide_all
@@ -35,12 +35,13 @@ def main() -> None:
         calls = calls or own
     states = [v.name for v in spec.automata[0].vars]
     last = ends(calls)
+    boxes = dict(zip(states, last, strict=False)) if last is not None else impacts(calls)
     print(json.dumps({
         "start": start,
         "claims": claims,
         "pieces": len([c for c in calls if not c.is_point]),
         "steps": sum(len(c.segments) for c in calls),
-        "last": None if last is None else dict(zip(states, last, strict=False)),
+        "last": boxes or None,
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }))  # fmt: skip
 

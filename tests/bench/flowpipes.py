@@ -1,4 +1,4 @@
-"""What an analysis asks of the kernel: every flowpipe that is computed, with the box it starts from."""
+"""What an analysis asks of the kernel: every flowpipe and every tree of stretches, with the box it starts from."""
 
 from __future__ import annotations
 
@@ -24,13 +24,34 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class Stretch:
+    """Flow in a mode after so many jumps, and how it ends.
+
+    `edge` is the number, in the mode of `parent`, of the edge it came by; `jump` has instants, states before and after.
+    """
+
+    mode: int
+    jumps: int
+    parent: int | None
+    edge: int | None
+    jump: tuple[Pair, Box, Box] | None
+    segments: list[Segment]
+    end: str
+
+
+@dataclass(frozen=True)
 class Call:
-    """A flowpipe: its box of starts, its steps, the box at the horizon (empty if it did not come there)."""
+    """A flowpipe: its box of starts, its steps, the box at the horizon (empty if it did not come there).
+
+    With jumps: its tree of stretches, and no box at the horizon.
+    """
 
     box: Box
     horizon: Pair
     segments: list[Segment]
     last: Box
+    mode: int = 0
+    tree: tuple[Stretch, ...] = ()
 
     @property
     def is_point(self) -> bool:
@@ -44,26 +65,55 @@ class Enough(Exception):
 
 @contextmanager
 def recorded(most: int | None = None) -> Iterator[list[Call]]:
-    """All flowpipes computed in this context, in order; `Enough` is raised after `most` of wide boxes."""
+    """All that is computed in this context, in order; `Enough` is raised after `most` of wide boxes."""
     calls: list[Call] = []
-    original = _kernel.flowpipe
+    original, tree = _kernel.flowpipe, _kernel.reach
+
+    def add(call: Call) -> None:
+        calls.append(call)
+        if most is not None and sum(not c.is_point for c in calls) >= most:
+            raise Enough
 
     def flowpipe(flow: Any, box: Box, horizon: Pair, *rest: Any) -> Any:
         found = original(flow, box, horizon, *rest)
         segments = [Segment(row[0], row[1], row[2]) for row in found[0]]
-        calls.append(Call(list(box), horizon, segments, found[2]))
-        if most is not None and sum(not c.is_point for c in calls) >= most:
-            raise Enough
+        add(Call(list(box), horizon, segments, found[2]))
         return found
 
-    with patch.object(_kernel, "flowpipe", flowpipe):
+    def reach(modes: Any, start: Any, horizon: float, *rest: Any) -> Any:
+        found = tree(modes, start, horizon, *rest)
+        stretches = tuple(_stretch(*row) for row in found)
+        steps = [g for s in stretches for g in s.segments]
+        add(Call(list(start[1]), (horizon, horizon), steps, [], start[0], stretches))
+        return found
+
+    with patch.object(_kernel, "flowpipe", flowpipe), patch.object(_kernel, "reach", reach):
         yield calls
+
+
+def _stretch(parent: int | None, mode: int, jumps: int, _: bool, jump: Any, steps: Any, end: str) -> Stretch:
+    segments = [Segment((row[0][0], row[0][0]), row[0][1] - row[0][0], row[1]) for row in steps]
+    made = None if jump is None else (jump[1], jump[2], jump[3])
+    return Stretch(mode, jumps, parent, None if jump is None else jump[0], made, segments, end)
 
 
 def leaves(calls: list[Call]) -> list[Call]:
     """The flowpipes of boxes that were not cut further."""
     wide = [c for c in calls if not c.is_point] or calls
     return [c for c in wide if not any(_is_part(other.box, c.box) for other in wide)]
+
+
+def impacts(calls: list[Call]) -> dict[str, Pair]:
+    """For each number of jumps, instants (`t1`) and the states before it (`before1 0`, by coordinate), as hulls."""
+    found: dict[str, Pair] = {}
+    for s in (s for c in leaves(calls) for s in c.tree):
+        if s.jump is None:
+            continue
+        time, before, _ = s.jump
+        for key, (low, high) in [(f"t{s.jumps}", time), *((f"before{s.jumps} {k}", x) for k, x in enumerate(before))]:
+            a, b = found.get(key, (low, high))
+            found[key] = min(a, low), max(b, high)
+    return found
 
 
 def _is_part(inner: Box, outer: Box) -> bool:

@@ -42,14 +42,15 @@ def _total(found: Json) -> float:
 
 
 def figures(measures: Sequence[str], last: Json) -> list[float] | None:
-    """The figures of a problem from the box at the end, by variable; None where there is none."""
-    if last is None:
+    """The figures of a problem from the box at the end, or those of its jumps; None where there is none."""
+    if last is None or not measures:
         return None
     widths = {name: high - low for name, (low, high) in last.items()}
     volume = 1.0
     for width in widths.values():
         volume *= width
-    return [volume if m == "volume" else widths[m.removeprefix("width ")] for m in measures]
+    found = [volume if m == "volume" else widths.get(m.removeprefix("width ")) for m in measures]
+    return [f for f in found if f is not None] if None not in found else None
 
 
 def shown(values: Sequence[float] | None) -> str:
@@ -81,7 +82,7 @@ def report(instance: Json) -> None:
     for peer in instance["peers"]:
         verdict = {True: "proved", False: "not proved", None: "end only"}[peer["proves"]]
         factor = compared(peer, cpu, own, is_decided)
-        line("", peer["tool"], f"{peer['cpu_s']:g}", verdict, shown(peer["figures"] or None), "", "", factor)
+        line("", peer["tool"], f"{peer['cpu_s']:g}", verdict, shown(peer["figures"]), "", "", factor)
 
 
 def _own(name: str, instance: Json, found: list[Json]) -> None:

@@ -31,9 +31,9 @@ class Piece:
 
 @dataclass(frozen=True)
 class Crossing:
-    """All jumps by an edge as the `jumps`-th: instants, states before and after."""
+    """All jumps by an edge (its mode, and its number there) as the `jumps`-th: instants, states before and after."""
 
-    edge: str
+    edge: tuple[int, int]
     jumps: int
     time: tuple[float, float]
     before: Box
@@ -172,4 +172,4 @@ def _look_at_jumps(enclosure: Enclosure, crossed: list[Jumped], again: list[Jump
                 tally.jumps += int(own.sum())
                 if not is_inside.all():
                     first = better[:, own][:, ~is_inside][:, 0]
-                    tally.escapes.append(f"jump {count} by {one.edge}: t = {first[0]!r}, {first[1:]}")
+                    tally.escapes.append(f"jump {count} by edge {one.edge}: t = {first[0]!r}, {first[1:]}")

@@ -5,12 +5,13 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from tests.bench.flowpipes import Call, Enough, recorded
-from tests.soak.campaign import Enclosure, Piece
+from tests.bench.flowpipes import Call, Enough, Stretch, recorded
+from tests.soak.campaign import Crossing, Enclosure, Piece
 
 from haverify.analyses.portfolio import decide_all
 from haverify.run.examine import read
 
+SETTLED = ("horizon", "jumped", "left", "cut")
 FOLDER = Path(__file__).parents[1] / "peers" / "nln"
 
 
@@ -30,8 +31,30 @@ def enclosures(name: str, most: int, claims: int) -> list[Enclosure]:
 
 
 def of_call(call: Call) -> Enclosure:
-    """The enclosure that a flowpipe is."""
+    """The enclosure that a flowpipe is, or a tree of stretches as far as it goes for all runs."""
+    if call.tree:
+        return _of_tree(call)
     pieces = [Piece(0, 0, (s.start[0], s.start[1] + s.length), s.states) for s in call.segments]
     last = call.segments[-1]
     until = call.horizon[0] if call.last else last.start[0] + last.length
     return Enclosure(call.box, 0, until, pieces, last=call.last)
+
+
+def _of_tree(call: Call) -> Enclosure:
+    """Up to the horizon, or to the first instant at which a stretch was not followed to its end."""
+    pieces = [
+        Piece(s.mode, s.jumps, (g.start[0], g.start[0] + g.length), g.states) for s in call.tree for g in s.segments
+    ]
+    crossings = []
+    for s in call.tree:
+        if s.jump is not None and s.parent is not None and s.edge is not None:
+            crossings.append(Crossing((call.tree[s.parent].mode, s.edge), s.jumps, *s.jump))
+    until = min([call.horizon[0], *(_given_up(s) for s in call.tree if s.end not in SETTLED)])
+    return Enclosure(call.box, call.mode, until, pieces, crossings)
+
+
+def _given_up(s: Stretch) -> float:
+    """No run is in the stretch after this instant without being in one of its pieces."""
+    if s.segments:
+        return s.segments[-1].start[0] + s.segments[-1].length
+    return s.jump[0][0] if s.jump is not None else 0.0

@@ -17,9 +17,8 @@ Field = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Edge:
-    """A jump where `sign * state[coordinate]` comes up to 0; factors and values of the state after it by coordinate."""
+    """A jump where `sign * state[coordinate]` comes up to 0, which it then is; factors of the state by coordinate."""
 
-    name: str
     target: int
     coordinate: int
     sign: float
@@ -109,13 +108,13 @@ PROBLEMS = {
     "rocking_block": Problem(
         2,
         (block_left, block_right),
-        ((Edge("hit_right", 1, 0, 1.0, {0: 0.0, 1: 0.8}),), (Edge("hit_left", 0, 0, -1.0, {0: 0.0, 1: 0.8}),)),
+        ((Edge(1, 0, 1.0, {0: 0.0, 1: 0.8}),), (Edge(0, 0, -1.0, {0: 0.0, 1: 0.8}),)),
         0.05,
     ),
     "bouncing_ball_drag": Problem(
         2,
         (ball_down, ball_up),
-        ((Edge("bounce", 1, 0, -1.0, {0: 0.0, 1: -0.8}),), (Edge("turn", 0, 1, -1.0, {1: 0.0}),)),
+        ((Edge(1, 0, -1.0, {0: 0.0, 1: -0.8}),), (Edge(0, 1, -1.0, {1: 0.0}),)),
         0.05,
     ),
 }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
-from tests.soak.problems import Array, Edge, Field, Problem
+from tests.soak.problems import Array, Field, Problem
 
 Ints = NDArray[np.int64]
 NEWTON = 6  # steps of Newton's method towards the instant of a jump
@@ -25,9 +25,9 @@ def stepped(field: Field, y: Array, h: float | Array) -> Array:
 
 @dataclass
 class Jumped:
-    """Jumps by one edge: which runs, their numbers of jumps after it, instants, states before and after."""
+    """Jumps by one edge (its mode, its number there): runs, jumps made with it, instants, states before and after."""
 
-    edge: str
+    edge: tuple[int, int]
     runs: Ints
     count: Ints
     times: Array
@@ -53,13 +53,14 @@ class Runs:
             start, field = before[:, own], self.problem.fields[mode]
             after = stepped(field, start, h)
             self.states[:, own] = after
-            for edge in self.problem.edges[mode]:
+            for number, edge in enumerate(self.problem.edges[mode]):
                 is_due = (edge.sign * start[edge.coordinate] < 0) & (edge.sign * after[edge.coordinate] >= 0)
                 if is_due.any():
-                    yield self._jump(field, edge, own[is_due], start[:, is_due], h)
+                    yield self._jump(field, (int(mode), number), own[is_due], start[:, is_due], h)
         self.time += h
 
-    def _jump(self, field: Field, edge: Edge, runs: Ints, start: Array, h: float) -> Jumped:
+    def _jump(self, field: Field, place: tuple[int, int], runs: Ints, start: Array, h: float) -> Jumped:
+        edge = self.problem.edges[place[0]][place[1]]
         dwell = np.full(len(runs), h / 2)
         for _ in range(NEWTON):
             at = stepped(field, start, dwell)
@@ -72,7 +73,7 @@ class Runs:
         self.modes[runs] = edge.target
         self.jumps[runs] += 1
         self.states[:, runs] = stepped(self.problem.fields[edge.target], landed, h - dwell)
-        return Jumped(edge.name, runs, self.jumps[runs].copy(), self.time + dwell, before, landed)
+        return Jumped(place, runs, self.jumps[runs].copy(), self.time + dwell, before, landed)
 
 
 def starts(box: list[tuple[float, float]], count: int, seed: int) -> Array:

@@ -13,7 +13,6 @@ from tests.soak.enclosures import enclosures
 from tests.soak.problems import PROBLEMS, Problem
 from tests.soak.runs import Jumped, Runs, starts
 
-JUMPLESS = [name for name, problem in PROBLEMS.items() if len(problem.fields) == 1]
 ROCKING = PROBLEMS["rocking_block"]
 ROCKING_START = [(-0.52, -0.48), (-0.01, 0.01)]
 STRIKES = [  # instants, and rates before them, of the first impacts on a grid of starts: tests/peers/README.md
@@ -23,7 +22,7 @@ STRIKES = [  # instants, and rates before them, of the first impacts on a grid o
 ]
 
 
-@pytest.mark.parametrize("name", JUMPLESS)
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_a_hundredth_of_the_campaign(name: str) -> None:
     tally = soak(name, RUNS // 100, most=1, claims=1)
     assert tally.escapes == []
@@ -83,7 +82,7 @@ def block(rates: tuple[float, float]) -> Enclosure:
     box = [(-1.0, 1.0), (-1.0, 1.0)]
     pieces = [Piece(mode, count, (0.0, 2.0), box) for mode, count in ((0, 0), (1, 1))]
     after = [(0.0, 0.0), (0.8 * rates[0], 0.8 * rates[1])]
-    first = Crossing("hit_right", 1, STRIKES[0][0], [(-1e-12, 1e-12), rates], after)
+    first = Crossing((0, 0), 1, STRIKES[0][0], [(-1e-12, 1e-12), rates], after)
     return Enclosure(ROCKING_START, 0, 2.0, pieces, [replace(first, time=(1.2764, 1.4092))])
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import sys
-from pathlib import Path
 from typing import Any
 
 from hacheck.core import NAME, Core, by_name, check_cells, check_inputs, check_shape, read_json
@@ -47,19 +47,20 @@ def understood(claim: Json, assumed: list[Json]) -> str:
 class Check:
     """One report folder: what it claims, and what of that is shown."""
 
-    def __init__(self, folder: Path, with_report: bool) -> None:
+    def __init__(self, folder: str, with_report: bool) -> None:
         self.folder = folder
-        self.core = Core(read_json(folder / "core.json"))
+        self.core = Core(read_json(os.path.join(folder, "core.json")))
         self.report: Json = None
         self.listed: dict[str, Json] = {}
         if with_report:
-            self.report = read_json(folder / "report.json")
+            self.report = read_json(os.path.join(folder, "report.json"))
             check_shape(self.report, {"claims": REPORT, "inputs": list}, "report")
             self.listed = by_name(self.report["claims"], "claims of the report")
-        certificates = folder / "certificates"
-        if certificates.is_symlink() or (certificates / "cells").is_symlink():
+        certificates = os.path.join(folder, "certificates")
+        if os.path.islink(certificates) or os.path.islink(os.path.join(certificates, "cells")):
             raise Unreadable("the certificates are elsewhere")
-        self.present = {p.stem for p in certificates.glob("*.json")} if certificates.is_dir() else set()
+        found = os.listdir(certificates) if os.path.isdir(certificates) else []
+        self.present = {n.removesuffix(".json") for n in found if n.endswith(".json")}
         self._settings: dict[tuple[int, bool], Setting] = {}
         self._systems: dict[str, Any] = {}
         self._lemmas, self._open = set[str](), set[str]()
@@ -98,9 +99,9 @@ class Check:
         """A file of cells."""
         if not NAME.fullmatch(name.replace("(", "[").replace(")", "]")):
             raise Refused("cells have a name that is none")
-        return read_json(self.folder / "certificates" / "cells" / f"{name}.json")
+        return read_json(os.path.join(self.folder, "certificates", "cells", f"{name}.json"))
 
-    def inputs(self, base: Path) -> str:
+    def inputs(self, base: str) -> str:
         """The table numbers, the hashes of the inputs, and that report and core speak of the same claims."""
         found = "" if self.report is None else check_inputs(self.report["inputs"], base) + "; "
         names = None if self.report is None else [str(i["path"]) for i in self.report["inputs"]]
@@ -135,7 +136,7 @@ class Check:
     def _established(self, claim: Json) -> Json:
         if file_name(claim["name"]) not in self.present:
             return None
-        certificate = read_json(self.folder / "certificates" / f"{file_name(claim['name'])}.json")
+        certificate = read_json(os.path.join(self.folder, "certificates", f"{file_name(claim['name'])}.json"))
         return established(self.core, claim, certificate, self.setting, self.system)
 
     def _compare(self, said: Json, shown: Json) -> dict[str, Json]:
@@ -176,7 +177,7 @@ def exit_code(outcomes: dict[str, Json], inputs: Json, strict: bool) -> int:
     return 0 if kinds & {"accepted", "beyond"} else 5
 
 
-def run(folder: Path, base: Path, options: set[str]) -> int:
+def run(folder: str, base: str, options: set[str]) -> int:
     """Check a folder and print what was found."""
     check = Check(folder, "--no-report" not in options)
     try:
@@ -205,16 +206,16 @@ def main(arguments: list[str] | None = None) -> int:
     sys.set_int_max_str_digits(MAX_BITS)
     sys.setrecursionlimit(3000)
     words = list(sys.argv[1:] if arguments is None else arguments)
-    base = Path()
+    base = ""
     if "--inputs" in words[:-1]:
-        base = Path(words.pop(words.index("--inputs") + 1))
+        base = words.pop(words.index("--inputs") + 1)
         words.remove("--inputs")
     options, folders = {w for w in words if w.startswith("--")}, [w for w in words if not w.startswith("--")]
     if len(folders) != 1 or options - {"--json", "--no-report", "--strict"}:
         print("usage: python -m hacheck DIR [--json] [--no-report] [--inputs BASE] [--strict]", file=sys.stderr)
         return 2
     try:
-        return run(Path(folders[0]), base, options)
+        return run(folders[0], base, options)
     except (Unreadable, Refused, RecursionError, MemoryError, OSError, ValueError, KeyError, TypeError,
             IndexError) as e:  # fmt: skip
         why = str(e) if isinstance(e, (Unreadable, Refused)) else f"malformed ({type(e).__name__})"

@@ -217,8 +217,9 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
         if parts.keys() <= {0}:
             return (op, p)
         if parts.keys() <= {0, 1} and op in ("<", "<="):
-            for sign, end in ((">=", box[v][1]), ("<=", box[v][0])):
-                if end is not None and (certain(sign, parts[1], box) or shown(literal(sign, parts[1]), box)):
+            ends = [(sign, x) for sign, x in ((">=", box[v][1]), ("<=", box[v][0])) if x is not None]
+            for sure in (certain, lambda sign, q, box: shown(literal(sign, q), box)):
+                for end in (x for sign, x in ends if sure(sign, parts[1], box)):
                     return literal(op, add(scale(parts[1], end), parts.get(0, ZERO)))
         return False
 

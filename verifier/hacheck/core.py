@@ -9,7 +9,6 @@ import os
 import re
 import stat
 from fractions import Fraction
-from pathlib import Path
 from typing import Any, NoReturn
 
 from hacheck.rational import Refused, Unreadable, number
@@ -45,29 +44,31 @@ SHAPES["systems"] = [{
 }]  # fmt: skip
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: str) -> bytes:
     """A regular file of bounded size."""
+    name = os.path.basename(path)
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW), "rb") as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise Unreadable(f"{path.name!a} is no file")
+                raise Unreadable(f"{name!a} is no file")
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as e:
-        raise Unreadable(f"cannot read {path.name!a}: {getattr(e, 'strerror', '')}") from None
+        raise Unreadable(f"cannot read {name!a}: {getattr(e, 'strerror', '')}") from None
     if len(data) > MAX_BYTES:
-        raise Unreadable(f"{path.name!a} is too large")
+        raise Unreadable(f"{name!a} is too large")
     return data
 
 
-def read_json(path: Path) -> Json:
+def read_json(path: str) -> Json:
     """JSON without floats, duplicate keys, or integers of more than 18 digits; a report's times are left as text."""
-    times = str if path.name == "report.json" else _refuse
+    name = os.path.basename(path)
+    times = str if name == "report.json" else _refuse
     try:
         return json.loads(read_bytes(path).decode("utf-8"), object_pairs_hook=_object, parse_float=times,
                           parse_int=_integer, parse_constant=_refuse)  # fmt: skip
     except (ValueError, RecursionError, MemoryError) as e:
         why = str(e) if isinstance(e, ValueError) else "too deep or too large"
-        raise Unreadable(f"{path.name!a} is not the JSON expected: {why.splitlines()[0][:100]!a}") from None
+        raise Unreadable(f"{name!a} is not the JSON expected: {why.splitlines()[0][:100]!a}") from None
 
 
 def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
@@ -160,7 +161,7 @@ class Core:
         return {number(c["value"]) for c in found}
 
 
-def check_cells(core: Core, inputs: list[str] | None, base: Path) -> str:
+def check_cells(core: Core, inputs: list[str] | None, base: str) -> str:
     """Compare every table number with its constant and, where the file is found, with the text of its cell."""
     folders = {os.path.dirname(p) for p in inputs or () if p.endswith(".ha")}
     files: dict[str, list[list[str]] | None] = {}
@@ -173,8 +174,8 @@ def check_cells(core: Core, inputs: list[str] | None, base: Path) -> str:
             paths = sorted({os.path.normpath(os.path.join(d, name)) for d in folders} & set(inputs or ()))
             if inputs is not None and not paths:
                 raise Refused(f"the report lists no input {name!a}")
-            path = base / (paths[0] if paths else name)
-            files[name] = _rows(path) if path.is_file() else None
+            path = os.path.join(base, paths[0] if paths else name)
+            files[name] = _rows(path) if os.path.isfile(path) else None
         rows = files[name]
         if rows is not None and _cell(rows, cell["row"], cell["column"]) != number(cell["number"]):
             raise Refused(f"{where} does not hold the number of the core")
@@ -183,8 +184,8 @@ def check_cells(core: Core, inputs: list[str] | None, base: Path) -> str:
     return f"{len(core.data['cells'])} table numbers" + how * bool(absent)
 
 
-def _rows(path: Path) -> list[list[str]]:
-    lines = read_bytes(path.resolve()).decode("utf-8-sig", "replace").splitlines()
+def _rows(path: str) -> list[list[str]]:
+    lines = read_bytes(os.path.realpath(path)).decode("utf-8-sig", "replace").splitlines()
     return [next(csv.reader([line]), []) for line in lines]
 
 
@@ -197,14 +198,14 @@ def _cell(rows: list[list[str]], row: int, column: str | int) -> Fraction | None
     return Fraction(text) if len(text) < 4000 and _DECIMAL.fullmatch(text) else None
 
 
-def check_inputs(inputs: Json, base: Path) -> str:
+def check_inputs(inputs: Json, base: str) -> str:
     """Compare the hashes of the inputs that are there with those of the report."""
     check_shape(inputs, [{"path": str, "sha256": str}], "report.inputs")
     seen = 0
     for item in inputs:
-        path = base / item["path"] if "\0" not in item["path"] else base / "?"
-        if path.is_file():
+        path = os.path.join(base, item["path"])
+        if os.path.isfile(path):
             seen += 1
-            if hashlib.sha256(read_bytes(path.resolve())).hexdigest() != item["sha256"]:
+            if hashlib.sha256(read_bytes(os.path.realpath(path))).hexdigest() != item["sha256"]:
                 raise Refused(f"the input {item['path']!a} has changed since the report")
     return f"{seen} of {len(inputs)} inputs found and unchanged"

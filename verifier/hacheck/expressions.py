@@ -285,7 +285,8 @@ class Instant:
 
     def _between(self, op: str, x: Case, y: Case) -> Formula:
         no, n, d = _combine("-", x, y)
-        return disj([no, self._literal(op, n, d, self._exact)])
+        found = self._literal(op, n, d, self._exact)
+        return found if no is False else disj([no, found])
 
     def _literal(self, op: str, n: Poly, d: Poly, exact: bool) -> Formula:
         """`n / d op 0` and `d != 0`."""

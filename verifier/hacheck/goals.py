@@ -63,8 +63,9 @@ def parts(a: Json, condition: Json) -> Iterator[Part]:
             if mine := [c for only, c in groups[output] if only in (None, mode)]:
                 yield output, mine
 
-    for m in a["modes"]:
-        yield from (Part("dwell", m["name"], o, m["name"], cs) for o, cs in found(m["name"], list(groups)))
+    wanted = {only for cs in groups.values() for only, _ in cs}
+    for name in [m["name"] for m in a["modes"] if None in wanted or m["name"] in wanted]:
+        yield from (Part("dwell", name, o, name, cs) for o, cs in found(name, list(groups)))
     jumpy = [o for o, cs in groups.items() if any(n[0] in EVENTS for n in nodes([c for _, c in cs]))]
     ends = [(e["source"], e["target"]) for e in a["edges"]] if jumpy else []
     for k, (source, target) in enumerate(ends):

@@ -105,11 +105,16 @@ def mul(p: Poly, q: Poly) -> Poly:
 
 
 def power(p: Poly, n: int) -> Poly:
-    """`p ** n` for n >= 0, by multiplication from the left."""
+    """`p ** n` for n >= 0, of a sum by multiplication from the left."""
     if n > MAX_DEGREE and (names(p) or n * p.bits > MAX_BITS):
         raise Beyond("an exponent is too large")
-    if not names(p):
-        return const(Fraction(p.terms.get((), 0), p.unit) ** n)
+    if len(p.terms) == 1:
+        ((m, c),) = p.terms.items()
+        if len(m) * n > MAX_DEGREE or n * p.bits > MAX_BITS:
+            raise Beyond("an exponent is too large")
+        return _made({tuple(sorted(m * n)): c**n}, p.unit**n)
+    if not p.terms:
+        return ZERO if n else ONE
     out = ONE
     for _ in range(n):
         out = mul(out, p)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from datetime import date
+from typing import TYPE_CHECKING
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix
 from haverify.report.allow import can_be_accepted
 from haverify.text.record import record
 from haverify.text.source import Source
 from haverify.text.span import Span
+
+if TYPE_CHECKING:
+    from datetime import date
 
 
 @record
@@ -66,7 +69,7 @@ def identity(d: Diagnostic, sources: Mapping[str, Source]) -> tuple[str, str, st
 
 
 def accept(
-    found: Iterable[Diagnostic], entries: Iterable[FindingEntry], sources: Mapping[str, Source], today: date
+    found: Iterable[Diagnostic], entries: Iterable[FindingEntry], sources: Mapping[str, Source], today: date | None
 ) -> dict[Diagnostic, str]:
     """The findings on record, each with its reason. An entry accepts one finding and nothing after its last day."""
     left: dict[tuple[str, str, str], list[str]] = {}
@@ -86,7 +89,7 @@ def stale(
     found: Iterable[Diagnostic],
     expected_refuted: set[str],
     sources: Mapping[str, Source],
-    today: date,
+    today: date | None,
 ) -> list[Diagnostic]:
     """HA801 for each entry that is over or matches nothing any more."""
     there = Counter(identity(d, sources) for d in found)
@@ -104,8 +107,8 @@ def stale(
     return stale
 
 
-def _is_over(entry: FindingEntry, today: date) -> bool:
-    return entry.expires is not None and entry.expires < today
+def _is_over(entry: FindingEntry, today: date | None) -> bool:
+    return entry.expires is not None and today is not None and entry.expires < today
 
 
 def _stale(span: Span | None, message: str) -> Diagnostic:

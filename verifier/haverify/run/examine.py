@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from datetime import date
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from haverify.diagnostics.codes import is_meaningless
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -19,6 +19,9 @@ from haverify.syntax.tree import Tree
 from haverify.text.record import field, record
 from haverify.text.source import Source
 from haverify.text.span import Span
+
+if TYPE_CHECKING:
+    from datetime import date
 
 
 @record
@@ -133,6 +136,12 @@ def _selected(d: Diagnostic, select: tuple[str, ...]) -> bool:
     return not select or is_meaningless(d) or d.code.startswith(select)
 
 
+def _today() -> date:
+    from datetime import date
+
+    return date.today()
+
+
 def _with_reasons(e: Examined, lock: Path | None, is_partial: bool) -> Examined:
     """The same with what `@allow` and the lock file accept, and findings about these two."""
     file = lock or lockfile.nearest(Path(e.path))
@@ -141,7 +150,7 @@ def _with_reasons(e: Examined, lock: Path | None, is_partial: bool) -> Examined:
         everything, source = lockfile.read(file)
         name = lockfile.name_in(file, Path(e.path))
         record, sources[source.path] = everything.of(name), source
-    today = date.today()
+    today = _today() if any(x.expires for x in record.findings) else None
     allowed = e.spec.allowed if e.spec else ()
     accepted = allow.allow(e.found, allowed)
     others = [d for d in e.found if d not in accepted]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from datetime import date
 from itertools import pairwise
 from json import loads
 from json.encoder import encode_basestring
@@ -98,9 +97,11 @@ def _places(path: str, text: str, kind: str) -> list[Span]:
 
 
 def _finding(entry: dict[str, Any], span: Span) -> FindingEntry:
-    expires = entry.get("expires")
-    if expires is not None and type(expires) is not date:
-        raise ValueError(f"expires is {expires!r}, not a date")
+    if (expires := entry.get("expires")) is not None:
+        from datetime import date
+
+        if type(expires) is not date:
+            raise ValueError(f"expires is {expires!r}, not a date")
     spec, code, key, text, reason = (_text(entry, name) for name in _FINDING_KEYS)
     return FindingEntry(spec, code, key, text, reason, expires, span)
 
