@@ -21,6 +21,7 @@ Point = dict[str, Fraction]
 PAUSE = 4_000  # nodes narrowed before many points are tried
 ENOUGH = 30  # places that are looked at for a cut
 DEEPEST = 250
+_MANY = 2  # directions; with more, a region is looked at whether it is empty before it is said that all holds on it
 
 
 class SpentError(Exception):
@@ -49,7 +50,7 @@ class Search:
         truth = narrowing.of(truth)
         self._spend(1 + len(narrowing.done), depth)
         if truth is True:
-            return (self._nothing(region) if len(region.across) > 1 else None) or "t"
+            return (self._nothing(region) if len(region.across) > _MANY else None) or "t"
         if truth is False:
             return self._empty(region)
         terms, relation, top, bottom = cut(truth, region)

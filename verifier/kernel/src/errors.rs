@@ -124,11 +124,10 @@ impl Errors {
         }
     }
 
-    /// Component by component, the polynomials of one generator: its number and a bound of how far it is from that.
-    fn generator(&self, space: &Space, k: usize) -> (Vec<f64>, Vec<f64>) {
-        let middles = (0..self.variables).map(|v| self.row(0, v)[k]).collect();
-        let spread = |v: usize| (1..space.size()).map(|m| self.row(m, v)[k].abs()).sum::<f64>();
-        (middles, (0..self.variables).map(|v| raised(spread(v))).collect())
+    /// Bounds of how far these generators together are from their numbers, component by component.
+    fn spread(&self, space: &Space, which: &[usize]) -> Vec<f64> {
+        let of = |m: usize, v: usize| which.iter().map(|&k| self.row(m, v)[k].abs()).sum::<f64>();
+        (0..self.variables).map(|v| raised((1..space.size()).map(|m| of(m, v)).sum())).collect()
     }
 
     /// The same set with few generators: the smallest are merged.
@@ -141,17 +140,12 @@ impl Errors {
         self.coefficients.chunks(self.count).for_each(|row| sizes.iter_mut().zip(row).for_each(|(s, c)| *s += c.abs()));
         let mut order: Vec<usize> = (0..self.count).collect();
         order.sort_by(|&a, &b| sizes[b].total_cmp(&sizes[a]));
-        let small: Vec<(Vec<f64>, Vec<f64>)> = order[KEPT * n..].iter().map(|&k| self.generator(space, k)).collect();
-        let vectors: Vec<Vec<f64>> = small.iter().map(|(middles, _)| middles.clone()).collect();
+        let small = &order[KEPT * n..];
+        let vectors: Vec<Vec<f64>> = small.iter().map(|&k| (0..n).map(|v| self.row(0, v)[k]).collect()).collect();
         let Some((mut columns, inverse)) = axes(&vectors, n) else { return Err(Fault::Overflow) };
-        let mut widths = vec![0.0; n];
-        for (vector, spread) in &small {
-            let (middles, radii) = inverse.apply(vector, spread);
-            widths.iter_mut().zip(middles.iter().zip(&radii)).for_each(|(width, (m, r))| *width += m.abs() + r);
-        }
+        let widths = inverse.magnitudes(&vectors, &self.spread(space, small));
         let mut lost = vec![0.0; n];
         for (column, width) in columns.iter_mut().zip(&widths) {
-            let width = raised(*width);
             for (x, lost) in column.iter_mut().zip(&mut lost) {
                 *x *= width;
                 *lost += x.abs() * f64::EPSILON;

@@ -19,7 +19,7 @@ use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::sweep::Sweep;
 use std::cell::RefCell;
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Sub};
 use std::sync::Arc;
 
 /// How finely to compute; none of it decides whether a result is true.
@@ -80,6 +80,9 @@ pub(crate) struct Tube {
     lagrange: Vec<Interval>,
     slopes: Matrix,
     states: Vec<Model>,
+    /// How the slopes alone move errors: to any instant of the step, and to its end.
+    along: Matrix,
+    across: Matrix,
 }
 
 /// One validated step: the series at its start, what holds during it, how errors move to its end.
@@ -109,6 +112,8 @@ struct Sweeps {
     series: Sweep,
     tube: Sweep,
     start: Sweep,
+    /// How far errors and the last term went in the step before, where the next tube is looked for.
+    before: Option<(Matrix, Vec<f64>)>,
 }
 
 /// Follow the box `start` until the latest instant of `horizon`, or as far as it goes.
@@ -200,6 +205,7 @@ impl<'a> Flow<'a> {
             series: Sweep::new(&whole, field, settings.order, None),
             tube: Sweep::new(&low, field, settings.order.max(VARIATION) + 1, Some(VARIATION + 1)),
             start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
+            before: None,
         });
         Flow { field, settings, space, linear, centre, errors, sweeps }
     }
@@ -220,12 +226,27 @@ impl<'a> Flow<'a> {
         let states = ranges(&self.linear, &step.tube.states)?;
         pipe.segments.push(Segment { from: time, step: step.h, states, watched });
         let after = time.add(Interval::exactly(step.h)?)?;
-        if after.high() >= horizon.low() {
+        let arrived = if after.high() >= horizon.low() {
             let first = (horizon.low() - time.high()).next_down().max(0.0).min(step.h);
-            pipe.last = Some(ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?);
-        }
+            Some((first, ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?))
+        } else {
+            None
+        };
         self.land(&step)?;
+        if let Some((first, during)) = arrived {
+            pipe.last = Some(self.arrived(&step, first, &during)?);
+        }
         Ok((after, next))
+    }
+
+    /// The states from an instant of the step just made to its end: back from its end by the mean value theorem, and
+    /// inside what the step itself says of them.
+    fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
+        let back = Interval::new(first, step.h)?.sub(Interval::exactly(step.h)?)?;
+        let rates = ranges(&self.linear, &values(&self.linear, self.field, &step.tube.states)?)?;
+        let ends = self.set()?.hull()?;
+        let both = ends.iter().zip(&rates).zip(during);
+        both.map(|((end, rate), during)| end.add(rate.mul(back)?)?.intersection(*during)).collect()
     }
 
     /// A step of at most `wanted`, and the length to try next.
@@ -235,10 +256,11 @@ impl<'a> Flow<'a> {
         let least_step = self.settings.least_step.min(wanted);
         let series = self.series()?;
         let known: Vec<Vec<Interval>> = series.iter().map(|s| ranges(&self.space, s)).collect::<Result<_, _>>()?;
-        let mut h = wanted;
+        let (mut h, mut growth) = (wanted, 1.5);
         while h >= least_step {
             let Ok(tube) = self.tube(&known, h) else {
-                h *= 0.5;
+                h *= if growth > 1.0 { 0.7 } else { 0.5 };
+                growth = 1.0;
                 continue;
             };
             let last = tube.lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
@@ -247,12 +269,11 @@ impl<'a> Flow<'a> {
                 h *= factor.max(0.2);
                 continue;
             }
-            let transition = self.transition(&tube, h)?;
-            let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
-            let moved = along.bounds(&self.errors.radii(self.centre.len()));
+            let transition = self.transition(&tube, &tube.across, h)?;
+            let moved = tube.along.bounds(&self.errors.radii(self.centre.len()));
             return Ok((
                 Step { h, series, tube, transition, moved },
-                (h * factor.clamp(0.3, 1.5)).min(self.settings.longest_step),
+                (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
             ));
         }
         Err(Fault::Step)
@@ -266,23 +287,38 @@ impl<'a> Flow<'a> {
         let errors = self.errors.radii(series.len());
         let motion: Vec<Interval> =
             series.iter().map(|r| horner(&r[1..], span)?.mul(span)).collect::<Result<_, _>>()?;
-        let guess = motion.iter().zip(&errors).map(|(m, e)| inflated(m.add(Interval::symmetric(2.0 * e)?)?, 0.01));
-        let mut added: Vec<Interval> = guess.collect::<Result<_, _>>()?;
+        let mut added = self.guess(&motion, &errors, power)?;
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
             let (lagrange, slopes) = self.swept(&states)?;
-            let moved = slopes.transition(span)?.bounds(&errors);
+            let [along, across] = slopes.transitions([span, Interval::exactly(h)?])?;
+            let moved = along.bounds(&errors);
             let mut landed = Vec::with_capacity(motion.len());
             for v in 0..motion.len() {
                 landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
             }
             if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
-                return Ok(Tube { lagrange, slopes, states: self.around(&landed)? });
+                let far = lagrange.iter().map(|l| l.norm()).collect();
+                self.sweeps.borrow_mut().before = Some((along.clone(), far));
+                return Ok(Tube { lagrange, slopes, states: self.around(&landed)?, along, across });
             }
             let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
             added = wider.collect::<Result<_, _>>()?;
         }
         Err(Fault::Step)
+    }
+
+    /// Where a tube may be: around the motion of the series, with room for errors and the last term.
+    fn guess(&self, motion: &[Interval], errors: &[f64], power: Interval) -> Result<Vec<Interval>, Fault> {
+        let sweeps = self.sweeps.borrow();
+        let room: Vec<f64> = match &sweeps.before {
+            Some((along, lagrange)) => {
+                let moved = along.bounds(errors);
+                moved.iter().zip(lagrange).map(|(e, l)| 1.2 * e + 1.5 * l * power.high()).collect()
+            }
+            None => errors.iter().map(|e| 2.0 * e).collect(),
+        };
+        motion.iter().zip(&room).map(|(m, r)| inflated(m.add(Interval::symmetric(*r)?)?, 0.01)).collect()
     }
 
     /// The series from the set without its errors.
@@ -315,10 +351,9 @@ impl<'a> Flow<'a> {
 
     /// How errors at the start of a step move to its end: what the slopes alone give, and where that would lose much,
     /// the series of the transition, whose last term is taken over the tube.
-    fn transition(&self, tube: &Tube, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
+    fn transition(&self, tube: &Tube, coarse: &Matrix, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
         let n = self.centre.len();
         let radii = self.errors.radii(n);
-        let coarse = tube.slopes.transition(Interval::exactly(h)?)?;
         let lost = |i: usize| (0..n).map(|j| coarse.width(i, j) * radii[j]).sum::<f64>();
         let is_costly = (0..n).map(lost).fold(0.0, f64::max) > LOSS * self.settings.tolerance;
         let fine = if is_costly { Some(self.expanded(tube, h, &radii)?) } else { None };
@@ -344,8 +379,7 @@ impl<'a> Flow<'a> {
         during.restart(&tube.states)?;
         during.extend_slopes(VARIATION + 1)?;
         let last = Matrix::from_fn(n, |i, j| self.range_or_zero(during.slope_of(i, j, VARIATION + 1)))?;
-        let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
-        let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
+        let rest = last.product(&tube.along).scaled(step.powi(VARIATION as i32 + 1)?);
         let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
         let entry = |i: usize, j: usize| {
             let first: Vec<Model> = (0..=VARIATION).map_while(|k| start.slope_of(i, j, k)).collect();
@@ -384,7 +418,8 @@ impl<'a> Flow<'a> {
 
     /// The first part of a step as a step of its own.
     pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
-        let transition = self.transition(&step.tube, h)?;
+        let across = step.tube.slopes.transition(Interval::exactly(h)?)?;
+        let transition = self.transition(&step.tube, &across, h)?;
         Ok(Step { h, transition, ..step })
     }
 

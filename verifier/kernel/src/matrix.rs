@@ -7,6 +7,10 @@ use crate::fault::Fault;
 use crate::interval::Interval;
 use crate::models::{raised, UNIT};
 
+/// How many terms a transition has at most, and the rest of the series that is worth no further one.
+const TERMS: u32 = 24;
+const NEGLIGIBLE: f64 = 1e-12;
+
 #[derive(Debug, Clone)]
 pub struct Matrix {
     n: usize,
@@ -121,45 +125,55 @@ impl Matrix {
         (0..self.n).map(|i| raised(row(i))).collect()
     }
 
-    /// The product with a vector of balls: middles and radii.
-    pub fn apply(&self, middles: &[f64], radii: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (mut out, mut bounds) = (Vec::with_capacity(self.n), Vec::with_capacity(self.n));
-        for i in 0..self.n {
-            let (mut sum, mut mass, mut radius) = (0.0, 0.0, 0.0);
-            for j in 0..self.n {
-                let (a, r) = (self.middle[i * self.n + j], self.radius[i * self.n + j]);
-                sum += a * middles[j];
-                mass += (a * middles[j]).abs();
-                radius += (a.abs() + r) * radii[j] + r * middles[j].abs();
-            }
-            out.push(sum);
-            bounds.push(raised(radius + UNIT * (self.n + 3) as f64 * mass));
-        }
-        (out, bounds)
+    /// Bounds, component by component, of the sum of the magnitudes of the products with vectors of balls: the middles
+    /// given one by one, the radii summed and rounded up.
+    pub fn magnitudes(&self, vectors: &[Vec<f64>], radii: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let mut sizes = vec![0.0; n];
+        vectors.iter().for_each(|x| sizes.iter_mut().zip(x).for_each(|(s, x)| *s += x.abs()));
+        let component = |i: usize| {
+            let (row, spread) = (&self.middle[i * n..(i + 1) * n], &self.radius[i * n..(i + 1) * n]);
+            let image = |x: &Vec<f64>| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>().abs();
+            let sum: f64 = vectors.iter().map(image).sum();
+            let rest =
+                row.iter().zip(spread).zip(sizes.iter().zip(radii)).map(|((a, r), (size, radius))| {
+                    (a.abs() + r) * radius + (r + UNIT * (n + 3) as f64 * a.abs()) * size
+                });
+            raised(sum + raised(rest.sum::<f64>()))
+        };
+        (0..n).map(component).collect()
     }
 
-    /// The matrices `V(t)` with `V' = A(t) V`, `V(0) = I`, for any `A(t)` in this one and `t` in the span, which starts
+    /// The matrices `V(t)` with `V' = A(t) V`, `V(0) = I`, for any `A(t)` in this one and `t` in a span, which starts
     /// at zero or is a point: the Peano-Baker series.
     pub fn transition(&self, span: Interval) -> Result<Matrix, Fault> {
-        const TERMS: u32 = 6;
-        let mut result = Matrix::identity(self.n);
-        let mut power = result.clone();
-        let mut factor = Interval::exactly(1.0)?;
+        let [found] = self.transitions([span])?;
+        Ok(found)
+    }
+
+    /// The transitions over several spans.
+    pub fn transitions<const N: usize>(&self, spans: [Interval; N]) -> Result<[Matrix; N], Fault> {
+        let mut results = [(); N].map(|()| Matrix::identity(self.n));
+        let mut power = Matrix::identity(self.n);
+        let mut factors = [Interval::exactly(1.0)?; N];
+        let size = self.norm() * spans.iter().map(|s| s.norm()).fold(0.0, f64::max);
         for k in 1..=TERMS {
             power = self.product(&power);
-            factor = std::ops::Mul::mul(factor, span)?;
-            factor = std::ops::Div::div(factor, Interval::exactly(f64::from(k))?)?;
-            result.add_scaled(&power, factor);
+            for (factor, (result, span)) in factors.iter_mut().zip(results.iter_mut().zip(&spans)) {
+                *factor = std::ops::Mul::mul(*factor, *span)?;
+                *factor = std::ops::Div::div(*factor, Interval::exactly(f64::from(k))?)?;
+                result.add_scaled(&power, *factor);
+            }
+            // The rest of the series: its terms shrink at least like powers of `g`.
+            let g = raised(size / f64::from(k + 1));
+            let last = factors.iter().map(|f| f.norm()).fold(0.0, f64::max);
+            let rest = raised(2.0 * g * power.norm() * last);
+            if g < 0.5 && (rest <= NEGLIGIBLE || (k == TERMS && rest.is_finite())) {
+                results.iter_mut().flat_map(|m| &mut m.radius).for_each(|r| *r = raised(*r + rest));
+                return Ok(results);
+            }
         }
-        // The rest of the series: its terms shrink at least like powers of `g`.
-        let g = raised(self.norm() * span.norm() / f64::from(TERMS + 1));
-        let rest = raised(2.0 * g * power.norm() * factor.norm());
-        if g < 0.5 && rest.is_finite() {
-            result.radius.iter_mut().for_each(|r| *r = raised(*r + rest));
-            Ok(result)
-        } else {
-            Err(Fault::Overflow)
-        }
+        Err(Fault::Overflow)
     }
 }
 
@@ -257,6 +271,7 @@ mod tests {
     fn a_long_span_is_refused() {
         let m = matrix(&[[0.0, 9.0], [9.0, 0.0]], 0.0);
         assert!(m.transition(Interval::exactly(3.0).expect("finite")).is_err());
+        assert!(m.transition(Interval::exactly(1.0).expect("finite")).is_ok());
     }
 
     #[test]

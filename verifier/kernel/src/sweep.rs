@@ -10,7 +10,7 @@ use crate::interval::{Enclosure, Interval};
 use crate::models::{Model, Space};
 use crate::rules::{dependence, Compiled, Factor, Rule};
 use crate::series::{derivative, Ring, Tape};
-use std::ops::Div;
+use std::ops::{Div, Neg};
 use std::sync::Arc;
 
 /// Where the slopes of a register are: one row of places for each state it depends on.
@@ -41,6 +41,8 @@ pub struct Sweep {
     ruled: usize,
     sloped: usize,
     products: Vec<Product>,
+    /// One over each order.
+    inverses: Vec<Interval>,
 }
 
 impl Sweep {
@@ -64,6 +66,7 @@ impl Sweep {
         let arena = Arena::new(space.clone(), places);
         let Compiled { states, rules } = compiled;
         let products = Vec::new();
+        let inverses = (0..=order).filter_map(|k| one_over(k.max(1)).ok()).collect();
         Sweep {
             space: space.clone(),
             states,
@@ -76,6 +79,7 @@ impl Sweep {
             ruled: 0,
             sloped: 0,
             products,
+            inverses,
         }
     }
 
@@ -102,7 +106,7 @@ impl Sweep {
             }
             for v in 0..self.states {
                 let (to, from) = (self.registers[v].value + k + 1, self.registers[self.rates[v]].value + k);
-                self.arena.scale(to, from, one_over(k + 1)?)?;
+                self.arena.scale(to, from, self.inverses[k + 1])?;
             }
             self.known += 1;
         }
@@ -119,7 +123,7 @@ impl Sweep {
                 for s in 0..self.registers[v].slopes.len() {
                     let (state, to) = self.registers[v].slopes[s];
                     if let Some(from) = self.registers[self.rates[v]].slope(state) {
-                        self.arena.scale(to + k + 1, from + k, one_over(k + 1)?)?;
+                        self.arena.scale(to + k + 1, from + k, self.inverses[k + 1])?;
                     }
                 }
             }
@@ -149,6 +153,15 @@ impl Sweep {
         self.registers[register].value + k
     }
 
+    fn factor(&self, by: Factor, k: usize) -> Enclosure {
+        match by {
+            Factor::One => Interval::exactly(1.0),
+            Factor::Half => Interval::exactly(0.5),
+            Factor::Over(sign) if sign < 0.0 => self.inverses[k].neg(),
+            Factor::Over(_) => Ok(self.inverses[k]),
+        }
+    }
+
     fn value(&mut self, r: usize, k: usize) -> Result<(), Fault> {
         let place = self.at(self.states + r, k);
         match self.rules[r] {
@@ -156,14 +169,14 @@ impl Sweep {
             Rule::Constant(_) => Ok(()),
             Rule::Combine { a, b, sign } => self.arena.combine(place, self.at(a, k), self.at(b, k), sign),
             Rule::Negative(a) => self.arena.scale(place, self.at(a, k), Interval::exactly(-1.0)?),
-            Rule::Scaled { a, by } => self.arena.scale(place, self.at(a, k), factor(by, k)?),
+            Rule::Scaled { a, by } => self.arena.scale(place, self.at(a, k), self.factor(by, k)?),
             Rule::Times { a, b } => self.arena.sum(place, &[(1.0, self.at(a, k), self.at(b, 0))]),
             Rule::Start { f, of, .. } if k == 0 => {
                 let model = self.space.apply(f, &self.arena.model(self.at(of, 0)))?;
                 self.arena.set(place, &model)
             }
             Rule::Start { then, .. } => match then {
-                Some((rest, by)) => self.arena.scale(place, self.at(rest, k), factor(by, k)?),
+                Some((rest, by)) => self.arena.scale(place, self.at(rest, k), self.factor(by, k)?),
                 None => Ok(()),
             },
             Rule::Products { a, b, first, last, weighted } => {
@@ -206,13 +219,13 @@ impl Sweep {
                 (None, None) => Ok(()),
             },
             Rule::Negative(a) => self.scaled(place, of(self, a, k), Interval::exactly(-1.0)?),
-            Rule::Scaled { a, by } => self.scaled(place, of(self, a, k), factor(by, k)?),
+            Rule::Scaled { a, by } => self.scaled(place, of(self, a, k), self.factor(by, k)?),
             Rule::Start { of: a, .. } if chain => {
                 let products: Vec<Product> = of(self, a, 0).map(|x| (1.0, x, self.spare)).into_iter().collect();
                 self.arena.sum(place, &products)
             }
             Rule::Start { then, .. } => match then {
-                Some((rest, by)) => self.scaled(place, of(self, rest, k), factor(by, k)?),
+                Some((rest, by)) => self.scaled(place, of(self, rest, k), self.factor(by, k)?),
                 None => Ok(()),
             },
             Rule::Times { a, b } => self.slopes_of_products(place, k, state, (a, b), k..k + 1, false),
@@ -291,14 +304,6 @@ fn squares(x: usize, k: usize, first: usize) -> impl Iterator<Item = Product> {
 
 fn one_over(k: usize) -> Enclosure {
     Interval::exactly(1.0)?.div(Interval::exactly(k as f64)?)
-}
-
-fn factor(by: Factor, k: usize) -> Enclosure {
-    match by {
-        Factor::One => Interval::exactly(1.0),
-        Factor::Half => Interval::exactly(0.5),
-        Factor::Over(sign) => Interval::exactly(sign)?.div(Interval::exactly(k.max(1) as f64)?),
-    }
 }
 
 #[cfg(test)]
