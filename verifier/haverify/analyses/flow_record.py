@@ -41,6 +41,8 @@ def flow_json(
     moving, names = len(model.automaton.vars), model.names
     monomials = next(iter(found.values()))[0]
     bits = precision([step for _, steps in found.values() for step in steps])
+    if bits is None:
+        return None
     leaves = {piece: {"steps": list(_rows(s, moving, until, bits))} for piece, (_, s) in found.items()}
     starts = [tree(names, box, leaves) for box in boxes]
     return file_json(model.automaton.name, bits, settings.order, set_of(names, pieces[0]), monomials, starts)
@@ -49,8 +51,8 @@ def flow_json(
 def file_json(
     automaton: str, bits: int, order: int, varied: Sequence[str], monomials: list[list[int]], starts: list[Json]
 ) -> Json | None:
-    """The file; None where its numbers would be too long, or its monomials are of other variables."""
-    if bits < COARSEST or any(len(m) != len(varied) for m in monomials):
+    """The file; None where its monomials are of other variables."""
+    if any(len(m) != len(varied) for m in monomials):
         return None
     return {
         "schema": "haverify.flow/1", "automaton": automaton, "bits": bits, "order": order, "set": list(varied),
@@ -70,10 +72,11 @@ def set_of(names: Names, piece: Box) -> list[str]:
     return [v for v, (low, high) in pairs if high - low > 1e-14 * max(abs(low), abs(high))]
 
 
-def precision(steps: Sequence[Step]) -> int:
-    """How many bits behind the point coefficients may have."""
+def precision(steps: Sequence[Step]) -> int | None:
+    """How many bits behind the point coefficients may have; None where their numbers would be too long."""
     most = max((abs(c) for _, x in steps for v in x for row in v for c in row), default=1.0)
-    return min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
+    bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
+    return bits if bits >= COARSEST else None
 
 
 def tree(names: Names, box: Box, leaves: dict[Box, Json]) -> Json:

@@ -34,6 +34,8 @@ def tree_json(question: Question, pieces: Sequence[Box]) -> Json | None:
     if any(m != monomials for m, _ in steps) or not all(_is_plain(row, rows) for row in rows):
         return None
     bits = precision([step for _, step in steps])
+    if bits is None:
+        return None
     starts = [_start(model, s, trees, bits) for s, trees in zip(model.starts, grown, strict=True)]
     order = len(steps[0][1][1][0]) - 1
     return file_json(model.automaton.name, bits, order, varied, monomials, starts)
