@@ -13,7 +13,7 @@ from haverify.text.record import record
 
 Pair = tuple[float, float]
 
-_MOST = 5000  # steps of a file that is still drawn
+_MOST = 2000  # steps of a file that is still drawn
 _WIDE = 20.0  # a box so many times wider than most is cut off at the frame
 _COMPARED = ("<", "<=", ">", ">=", "==", "!=")
 
