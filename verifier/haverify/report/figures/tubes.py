@@ -24,7 +24,7 @@ def over_time(
     bottom = TOP + len(names) * (HEIGHT + GAP) - GAP
 
     def x(t: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * t / end
+        return LEFT + (WIDTH - LEFT - RIGHT) * min(t, end) / end
 
     parts = _legend(pipe)
     for k, name in enumerate(names):
@@ -54,7 +54,7 @@ def _panel(
     y = _scale(low, high, top + HEIGHT, top)
 
     def x(t: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * t / pipe.end
+        return LEFT + (WIDTH - LEFT - RIGHT) * min(t, pipe.end) / pipe.end
 
     parts = [svg.rect(LEFT, top, WIDTH - LEFT - RIGHT, HEIGHT, "frame"), svg.label(4, top - 8, said, "name")]
     for value in svg.ticks(low, high, 5):
@@ -67,7 +67,7 @@ def _panel(
         parts.append(svg.polyline(_thinned(points), "trail"))
     for level in levels:
         ends = x(level.first), x(pipe.end if level.last is None else min(level.last, pipe.end))
-        parts.append(svg.line((ends[0], y(level.value)), (max(ends[1], ends[0] + 4), y(level.value)), "bound"))
+        parts.append(svg.line((ends[0], y(level.value)), (max(ends[1], ends[0] + 4), y(level.value)), level.kind))
     return parts
 
 
@@ -168,8 +168,8 @@ def portrait(
         points = [(x(s[pair[0]]), y(s[pair[1]])) for s in run.states]
         parts.append(svg.polyline(_thinned(points), "trail"))
     parts += [_box(p.start, pair, x, y) for p in pipe.pieces if p.jumps == 0]
-    parts += [svg.line((x(v.value), TOP), (x(v.value), bottom), "bound") for v in levels[pair[0]]]
-    parts += [svg.line((LEFT, y(v.value)), (right, y(v.value)), "bound") for v in levels[pair[1]]]
+    parts += [svg.line((x(v.value), TOP), (x(v.value), bottom), v.kind) for v in levels[pair[0]]]
+    parts += [svg.line((LEFT, y(v.value)), (right, y(v.value)), v.kind) for v in levels[pair[1]]]
     parts.append(svg.label((LEFT + right) / 2, bottom + 34, said[pair[0]], "axis", "m"))
     return svg.drawing(WIDTH, bottom + FOOT, parts, f"{pair[1]} over {pair[0]}")
 
