@@ -72,6 +72,8 @@ const VARIATION: usize = 4;
 const LINEAR: usize = 1;
 /// What a step may lose to a simple transition of errors, as a share of the error aimed at.
 const LOSS: f64 = 0.1;
+/// Terms of the series that are a smaller part of the tolerance than this may be kept as errors.
+const SHARE: f64 = 1e-3;
 /// How often an a-priori tube is tried for one length of step.
 const ATTEMPTS: usize = 4;
 
@@ -254,8 +256,8 @@ impl<'a> Flow<'a> {
         let Settings { order, tolerance, .. } = *self.settings;
         // What is left before the horizon may be shorter than any step should be.
         let least_step = self.settings.least_step.min(wanted);
-        let series = self.series()?;
-        let known: Vec<Vec<Interval>> = series.iter().map(|s| ranges(&self.space, s)).collect::<Result<_, _>>()?;
+        let series = self.series(wanted)?;
+        let known: Vec<Vec<Interval>> = (0..series.len()).map(|v| self.known(v, &series[v])).collect::<Result<_, _>>()?;
         let (mut h, mut growth) = (wanted, 1.5);
         while h >= least_step {
             let Ok(tube) = self.tube(&known, h) else {
@@ -322,11 +324,18 @@ impl<'a> Flow<'a> {
     }
 
     /// The series from the set without its errors.
-    fn series(&self) -> Result<Vec<Vec<Model>>, Fault> {
+    fn series(&self, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
         let sweep = &mut self.sweeps.borrow_mut().series;
         sweep.restart(&self.centre)?;
-        sweep.extend(self.settings.order)?;
+        sweep.extend_for(self.settings.order, Some((h, SHARE * self.settings.tolerance)))?;
         Ok((0..self.centre.len()).map(|v| sweep.series(v, self.settings.order)).collect())
+    }
+
+    /// Ranges of the coefficients of a state's series: the first terms decide how wide a tube has to be.
+    fn known(&self, v: usize, series: &[Model]) -> Result<Vec<Interval>, Fault> {
+        let sweep = &self.sweeps.borrow().series;
+        let range = |(k, m)| if k < 3 { self.space.range(m) } else { sweep.range(v, k) };
+        series.iter().enumerate().map(range).collect()
     }
 
     /// The coefficient after the last of the series, and the slopes of the field, from all states of a tube.
