@@ -1,4 +1,4 @@
-"""Damages to certificates of invariants, and certificates with all the right hashes for what is false: none is accepted."""
+"""Damages to certificates of invariants, and certificates with the right hashes for what is false: all are refused."""
 
 from __future__ import annotations
 
@@ -330,8 +330,9 @@ def test_a_perturbed_barrier_is_accepted_only_where_it_is_one(shift: Q, is_turne
     """x' = -x + 1: `x <= c` is kept where c >= 1, `x >= c` where c <= 1."""
     c = 1 + shift
     p = [["-1" if is_turned else "1", "x"], [str(c if is_turned else -c)]]
-    text = system("x' = 1 - x; y' = 0", f"x {'>=' if is_turned else '<='} {c.numerator} / {c.denominator}".replace("-", "0 - "),
-                  init=f"x == {c.numerator} / {c.denominator} and y == 0".replace("-", "0 - "))  # fmt: skip
+    number = f"({c.numerator} / {c.denominator})"
+    claim = f"x {'>=' if is_turned else '<='} {number}"
+    text = system("x' = 1 - x; y' = 0", claim, init=f"x == {number} and y == 0")
     start = {"mode": "M", "values": {"x": str(c), "y": "0"}, "params": {}}
     rule = {"rule": "barrier", "proofs": [["put", 0, "x", "t"]]}
     try:

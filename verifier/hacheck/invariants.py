@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from hacheck import bernstein
 from hacheck.cells import Model
-from hacheck.expressions import EVENTS, Instant, nodes
+from hacheck.expressions import EVENTS, Case, Instant, nodes
 from hacheck.flows import Flow
 from hacheck.formula import Formula, conj, literal, negated, replace, variables
 from hacheck.functions import Functions
 from hacheck.obligations import canonical_hash, mentioned
-from hacheck.polynomial import ZERO, Env, Poly, add, const, var
+from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, constant, mul, scale, var
 from hacheck.positivity import Premises, on_box, refute
 from hacheck.rational import Beyond, Refused, number
 from hacheck.scope import Scope
@@ -43,14 +44,49 @@ class FlowScope(Scope):
         raise Beyond("`der` in a claim about a flow that is not clock-driven")
 
     def field(self, mode: str) -> dict[str, Poly]:
-        """The rate of each variable in a mode, and of time."""
+        """The rate of each variable in a mode, and of time, all times what makes them polynomials and is above 0.
+
+        That changes how fast runs go along their way, and not the way: what they keep is the same.
+        """
         flow, at = self.modes[mode]["flow"], self.identity(mode)
         if not all("rate" in line for line in flow):
             raise Beyond("flows that are inclusions")
-        found = {line["var"]: at.poly(line["rate"]) for line in flow}
+        found = {line["var"]: self._quotient(at.value(line["rate"])) for line in flow}
         if len(found) != len(flow) or found.keys() != {v for v, kind in self.types.items() if kind == "real"}:
             raise Refused("a mode does not give each real variable one rate")
-        return {**found, "time": const(1)}
+        divisors = list({_key(d): d for _, d in found.values() if d != ONE}.values())
+        whole = {_key(d): _product(e for e in divisors if e != d) for d in divisors}
+        clock = _product(divisors)
+        return {v: mul(n, whole.get(_key(d), clock)) for v, (n, d) in found.items()} | {"time": clock}
+
+    def _quotient(self, cases: list[Case]) -> tuple[Poly, Poly]:
+        """The one value of a rate, its divisor above 0."""
+        (no, n, d), *others = cases
+        if others or no is not False:
+            raise Beyond("a rate with cases")
+        q = constant(d)
+        if q:
+            return scale(n, 1 / q), ONE
+        for sign in (1, -1):
+            if self._is_positive(scale(d, sign)):
+                return scale(n, sign), scale(d, sign)
+        raise Beyond("a rate with a divisor that may be 0")
+
+    def _is_positive(self, p: Poly) -> bool:
+        """Is it above 0, by the ranges of params, or as a positive number plus even powers?"""
+        even = all(c > 0 and all(m.count(n) % 2 == 0 for n in m) for m, c in p.terms.items())
+        return bernstein.certain(">", p, self.box) or (even and () in p.terms)
+
+
+def _key(p: Poly) -> object:
+    return frozenset(p.terms.items()), p.unit
+
+
+def _product(factors: Iterable[Poly]) -> Poly:
+    out = ONE
+    for p in factors:
+        out = mul(out, p)
+    return out
 
 
 class Induction:
@@ -216,6 +252,8 @@ def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, st
     """What an entry of kind `invariant` establishes."""
     if question.goal["kind"] not in ("always", "can_reach"):
         raise Beyond("an invariant for another goal")
+    if question.scope.rounding:
+        raise Beyond("an invariant for all numbers that round to those printed")
     if entry["kind"] == "start":
         return _at_start(question, entry)
     induction, found = Induction(question, entry["using"], entry["modes"]), []

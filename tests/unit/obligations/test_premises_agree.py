@@ -13,7 +13,7 @@ from hacheck.invariants import Induction as Second
 from hacheck.obligations import Question, Setting
 from haverify.model.core import canonical, to_core
 from haverify.obligations.induction import Induction
-from haverify.obligations.premises import formula_json
+from haverify.obligations.premises import formula_json, polynomial_json
 
 Json = Any
 
@@ -34,7 +34,7 @@ automaton A {
   init where abs(x) < 1 and energy <= 1/4 and g == 2
   mode Go {
     domain abs(x) <= 3 and not (x > 2 and y == 1) and (x <= 1 or y < 2)
-    flow { x' = y * k; y' = -x + cos(x - 1) }
+    flow { x' = y / k; y' = (-x + cos(x - 1)) / (1 + y^2) }
     edge up: -> Rest when max(x, y) >= 1 and g < 3 do { g := g + 1; y in [-k, x^2] }
     urgent edge over: -> Go when x > 2 and abs(y) != 1 do x := x * k - 1
     edge over: -> Go when sin(1 - x) > 0
@@ -105,6 +105,9 @@ def test_premises_are_the_same_on_both_sides(name: str, is_bare: bool, asked: li
     question = Question(setting, core.claims[name], core.claims[name]["goals"][0])
     modes = None if claim.inductive else {m: formula_json(f) for m, f in formulas.items()}
     second = Second(question, list(claim.using), modes)
+    for m in formulas:
+        rates = {v: sorted([str(c), *n] for n, c in p.terms.items()) for v, p in second.scope.field(m).items()}
+        assert rates == {v: sorted(polynomial_json(p)) for v, p in mine.field(m).items()}
     for kind, where, check in second.parts():
         check(None)
         assert (kind, where, asked[-1]) == parts[len(asked) - 1]

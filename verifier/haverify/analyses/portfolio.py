@@ -37,7 +37,7 @@ class Contexts:
     spec: Spec
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
-    decided: dict[str, Evidence] = field(default_factory=dict)
+    decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -82,9 +82,10 @@ def decide_all(
 
 def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
     """What is proposed for a claim; others may use it, and ask again."""
-    if claim.name not in contexts.decided:
-        contexts.decided[claim.name] = decide(spec, claim, contexts, units)
-    return contexts.decided[claim.name]
+    key = claim.name, units
+    if key not in contexts.decided:
+        contexts.decided[key] = decide(spec, claim, contexts, units)
+    return contexts.decided[key]
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
@@ -106,7 +107,9 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     try:
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
-        return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, str(e)), units)
+        steady = Evidence(Unknown("fragment", str(e)), (), METHOD)
+        before = steady if claim.using else _by_flowpipe(context, claim, str(e))
+        return _by_induction(contexts, context, claim, before, units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
 
 

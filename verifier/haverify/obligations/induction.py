@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
+from math import prod
 
+from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import FALSE, TRUE, Expr, nodes
@@ -19,7 +21,7 @@ from haverify.obligations.horizon import implied_end
 from haverify.obligations.parts import JUMPY, NEGATED, edge_names
 from haverify.obligations.premises import Premises, mapped
 from haverify.obligations.residual import Situation, residual
-from haverify.obligations.translate import OutsideFragmentError, Scope
+from haverify.obligations.translate import Case, OutsideFragmentError, Scope
 from haverify.text.record import field, holder, record
 
 Q = Fraction
@@ -148,13 +150,34 @@ class Induction:
         return self.formula(self.condition, mode, scope)
 
     def field(self, mode: str) -> dict[str, Polynomial]:
-        """The rates of the variables in a mode, and of time."""
-        rates = {TIME: ONE}
+        """The rates in a mode, and of time, all times what is above 0 and makes them polynomials."""
+        quotients: dict[str, tuple[Polynomial, Polynomial]] = {}
         for line in self.mode(mode).flow:
             if isinstance(line.rate, Range):
                 raise OutsideFragmentError(f"`{line.var}' in [..]` in mode {mode} is an inclusion")
-            rates[line.var] = self.scope(mode).polynomial(line.rate)
-        return rates
+            quotients[line.var] = self._quotient(self.scope(mode).cases(line.rate), f"`{line.var}'` in mode {mode}")
+        divisors = list(dict.fromkeys(d for _, d in quotients.values() if d != ONE))
+        clock = prod(divisors, start=ONE)
+        rates = {v: n * prod((e for e in divisors if e != d), start=ONE) for v, (n, d) in quotients.items()}
+        return rates | {TIME: clock}
+
+    def _quotient(self, cases: list[Case], what: str) -> tuple[Polynomial, Polynomial]:
+        """The one value of a rate, its divisor above 0."""
+        if len(cases) > 1 or cases[0].condition is not True:
+            raise OutsideFragmentError(f"{what} has cases")
+        n, d = cases[0].numerator, cases[0].denominator
+        if d.constant:
+            return n.scaled(1 / d.constant), ONE
+        for sign in (Q(1), Q(-1)):
+            if self._is_positive(d.scaled(sign)):
+                return n.scaled(sign), d.scaled(sign)
+        raise OutsideFragmentError(f"{what} has a divisor that may be 0")
+
+    def _is_positive(self, p: Polynomial) -> bool:
+        """Whether it is above 0, by the ranges of params, or as a positive number plus even powers."""
+        if all(c > 0 and all(e % 2 == 0 for _, e in m) for m, c in p.whole.items()) and () in p.whole:
+            return True
+        return set(p.variables) <= self.params.keys() and bounds(p, self.params)[0] > 0
 
     def derivative(self, p: Polynomial, mode: str) -> Polynomial:
         """The derivative of a polynomial along the flow of a mode."""

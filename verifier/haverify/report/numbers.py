@@ -43,11 +43,15 @@ def ends(m: Margin) -> tuple[Fraction, Fraction] | None:
 
 
 def agreed(low: float, high: float) -> str:
-    """A number between two ends to the digits they agree on, or both ends where they agree on none."""
-    for digits in range(9, 0, -1):
+    """A number between two ends to the digits they agree on, or both ends where these are few.
+
+    >>> agreed(1.23456711, 1.23456722), agreed(-1e-9, 1e-9), agreed(1.36, 1.386)
+    ('1.234567', '0', '1.36 to 1.386')
+    """
+    for digits in range(9, 3, -1):
         first, last = (f"{x:.{digits}g}" for x in (low, high))
         if first == last:
             return "0" if float(first) == 0 else first
     if max(abs(low), abs(high)) < 1e-6:
         return "0"
-    return f"{low:.3g} to {high:.3g}"
+    return f"{low:.5g} to {high:.5g}"

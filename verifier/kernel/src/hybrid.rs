@@ -9,14 +9,13 @@
 //! it is not, the set is cut in halves. A jump that is open for a while (no crossing forces it) is enclosed as a whole.
 
 use crate::condition::{Comparison, Condition};
-use crate::crossing::Crossing;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Settings, Step};
 use crate::interval::Interval;
 use crate::models::Model;
 use crate::series::{values, Op, Tape};
 use crate::sets::Set;
-use crate::walk::{all, judged, leaves, ranges, Clock, Walk};
+use crate::walk::{all, judged, leaves, ranges, Clock, Event, Walk};
 use std::collections::VecDeque;
 
 /// How many more variables than the state a set may have.
@@ -164,6 +163,7 @@ struct Landing {
     set: Set,
     jump: Jump,
     is_certain: bool,
+    is_boxed: bool,
 }
 
 struct Analysis<'a> {
@@ -319,43 +319,53 @@ impl<'a> Analysis<'a> {
         for (quantity, is_rising) in walk.events() {
             let tape = walk.quantity(quantity);
             let Ok(Some(found)) = walk.flow.crossing(step, &tape, is_rising) else { continue };
-            if let Some(end) = self.left(walk, step, quantity, is_rising, &found)? {
+            let event = Event { quantity, is_rising, instant: &found.instant };
+            if let Some(end) = self.left(walk, step, &event, &found.states)? {
                 return Ok(Some(end));
             }
         }
         Ok(None)
     }
 
-    /// Take the jumps at a crossing, if nothing else can happen before it and it ends the stretch.
+    /// Take the jumps at a crossing and those that are possible before it, if it ends the stretch and no urgent edge may
+    /// be due before it.
     fn left(
         &mut self,
         walk: &mut Walk<'a>,
         step: &Step,
-        quantity: usize,
-        is_rising: bool,
-        found: &Crossing,
+        event: &Event,
+        states: &[Model],
     ) -> Result<Option<End>, Fault> {
-        if !walk.is_quiet_before(step, &found.instant, (quantity, is_rising), self.settings.depth + 2)? {
+        let depth = self.settings.depth + 2;
+        let everything: Vec<usize> = (0..walk.mode.edges.len()).collect();
+        let (urgent, open): (Vec<usize>, Vec<usize>) = everything.iter().partition(|&&e| walk.mode.edges[e].is_urgent);
+        let is_quiet = walk.is_quiet_before(step, event, &everything, depth)?;
+        if !is_quiet && (open.is_empty() || !walk.is_quiet_before(step, event, &urgent, depth)?) {
             return Ok(None);
         }
-        let enabled = walk.enabled(&found.states, quantity, is_rising)?;
-        let state = found.states[..walk.mode.field.outputs.len()].to_vec();
-        let set = Set { space: walk.flow.space.clone(), models: state };
+        let set = Set { space: walk.flow.space.clone(), models: states[..walk.mode.field.outputs.len()].to_vec() };
         let mut landings = Vec::new();
-        for (edge, is_certain) in enabled {
+        for (edge, is_certain) in walk.enabled(states, event)? {
             landings.extend(self.landing(walk, edge, &set, is_certain)?);
         }
-        let is_exit = walk.mode.domain.iter().any(|&(q, c)| q == quantity && leaves(c, is_rising));
+        let is_exit = walk.mode.domain.iter().any(|&(q, c)| q == event.quantity && leaves(c, event.is_rising));
         let is_forced = landings.iter().any(|l| l.is_certain && walk.mode.edges[l.edge].is_urgent);
         if !is_exit && !is_forced {
             return Ok(None);
         }
-        walk.record(step, &Clock::Until(&found.instant), self.settings.depth)?;
+        walk.record(step, &Clock::Until(event.instant), self.settings.depth)?;
         if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
             return Ok(Some(End::Answered));
         }
         let may_be_stuck = !landings.iter().any(|l| l.is_certain);
         landings.into_iter().for_each(|l| self.leave(walk, l));
+        if !is_quiet {
+            for edge in open {
+                let Some(part) = walk.possible_before(step, event, edge, (0.0, 1.0), depth)? else { continue };
+                let early = walk.states_before(step, event, part)?;
+                self.landing(walk, edge, &early, false)?.into_iter().for_each(|l| self.leave(walk, l));
+            }
+        }
         Ok(Some(End::Jumped { may_be_stuck }))
     }
 
@@ -378,8 +388,11 @@ impl<'a> Analysis<'a> {
         let time = *hull.last().ok_or(Fault::Unknown)?;
         let claim = judged(edge.claim.truth(&quantities), time, is_certain && walk.stretch.is_certain);
         let jump = Jump { edge: number, time, before: ranges(&wide, before)?, after: hull, claim };
-        let set = compact(Set { space: wide.space, models: after }, self.settings.degree)?;
-        Ok(Some(Landing { edge: number, set, jump, is_certain }))
+        let set = Set { space: wide.space, models: after };
+        // A box may have states that no run comes to; parts of it may have no others.
+        let is_boxed = set.space.variables > set.models.len() + SPARE;
+        let set = if is_boxed { Set::of_box(&set.hull()?, self.settings.degree.max(1)) } else { set };
+        Ok(Some(Landing { edge: number, set, jump, is_certain, is_boxed }))
     }
 
     fn leave(&mut self, walk: &Walk<'a>, landing: Landing) {
@@ -389,7 +402,7 @@ impl<'a> Analysis<'a> {
             set: landing.set,
             jumps: walk.stretch.jumps + 1,
             cuts: walk.cuts,
-            is_certain: landing.is_certain && walk.stretch.is_certain,
+            is_certain: landing.is_certain && !landing.is_boxed && walk.stretch.is_certain,
             jump: Some(landing.jump),
             known: Vec::new(),
         });
@@ -436,12 +449,4 @@ impl<'a> Analysis<'a> {
         }
         Ok(End::Cut)
     }
-}
-
-/// A set with fewer variables if it has many more than the state: a box around it.
-fn compact(set: Set, degree: usize) -> Result<Set, Fault> {
-    if set.space.variables <= set.models.len() + SPARE {
-        return Ok(set);
-    }
-    Ok(Set::of_box(&set.hull()?, degree.max(1)))
 }

@@ -14,7 +14,7 @@ pub struct Set {
 impl Set {
     /// A box; each side that is wide is a variable of the set, an enclosure of one number is an error.
     pub fn of_box(sides: &[Interval], degree: usize) -> Set {
-        let is_wide = |x: &Interval| x.high() - x.low() > 1e-14 * x.norm();
+        let is_wide = |x: &Interval| x.high() - x.low() > (1e-14 * x.norm()).max(1e-305);
         let wide: Vec<usize> = (0..sides.len()).filter(|&v| is_wide(&sides[v])).collect();
         let space = Space::new(wide.len(), degree);
         let models = sides.iter().enumerate().map(|(v, x)| {

@@ -32,12 +32,39 @@ pub(crate) enum Clock<'a> {
     Until(&'a Model),
 }
 
+/// The crossing of zero by a watched quantity, at an instant that depends on the set.
+pub(crate) struct Event<'a> {
+    pub(crate) quantity: usize,
+    pub(crate) is_rising: bool,
+    pub(crate) instant: &'a Model,
+}
+
 /// Whether a comparison that holds may stop to hold where the quantity crosses zero this way.
 pub(crate) fn leaves(comparison: Comparison, is_rising: bool) -> bool {
     match comparison {
         Comparison::Less | Comparison::AtMost => is_rising,
         Comparison::Greater | Comparison::AtLeast => !is_rising,
         Comparison::Equal | Comparison::Differ => true,
+    }
+}
+
+/// Whether a comparison holds right after the quantity crossed zero this way.
+fn holds_beyond(comparison: Comparison, is_rising: bool) -> bool {
+    match comparison {
+        Comparison::Less | Comparison::AtMost => !is_rising,
+        Comparison::Greater | Comparison::AtLeast => is_rising,
+        Comparison::Equal => false,
+        Comparison::Differ => true,
+    }
+}
+
+/// The truth of a guard where `holds` says which comparisons of one quantity are true.
+fn guarded(guard: &Guard, quantity: usize, values: &[Interval], holds: impl Fn(Comparison) -> bool) -> Option<bool> {
+    let (own, others): (Guard, Guard) = guard.iter().copied().partition(|(at, _)| *at == quantity);
+    if own.iter().all(|&(_, c)| holds(c)) {
+        all(&others, values)
+    } else {
+        Some(false)
     }
 }
 
@@ -257,56 +284,89 @@ impl Walk<'_> {
     }
 
     /// Whether up to the crossing of a quantity, which is before it on one side of zero, the rest of the domain holds
-    /// certainly and no jump is possible.
+    /// certainly and none of some edges is possible.
     pub(crate) fn is_quiet_before(
         &self,
         step: &Step,
-        instant: &Model,
-        (quantity, is_rising): (usize, bool),
+        event: &Event,
+        edges: &[usize],
         depth: u32,
     ) -> Result<bool, Fault> {
         let start = self.watched_during(step, 0.0, 0.0)?;
-        if before(is_rising).truth(start[quantity]) != Some(true) && !self.starts_inside(quantity, is_rising) {
-            return Ok(false);
-        }
-        let latest = self.flow.space.range(instant)?.high();
-        self.is_quiet_on_the_way(step, &Clock::Until(instant), (quantity, is_rising), latest, (0.0, 1.0), depth)
+        let is_before = before(event.is_rising).truth(start[event.quantity]) == Some(true);
+        Ok((is_before || self.starts_inside(event))
+            && self.is_quiet_on_the_way(step, event, edges, (0.0, 1.0), depth)?)
     }
 
     fn is_quiet_on_the_way(
         &self,
         step: &Step,
-        clock: &Clock,
-        (quantity, is_rising): (usize, bool),
-        latest: f64,
+        event: &Event,
+        edges: &[usize],
         (from, to): (f64, f64),
         depth: u32,
     ) -> Result<bool, Fault> {
-        let watched = self.watched(&self.states(step, clock, from, to)?)?;
-        let until = (latest * to).next_up().min(step.h);
+        let watched = self.watched(&self.states(step, &Clock::Until(event.instant), from, to)?)?;
+        let until = (self.flow.space.range(event.instant)?.high() * to).next_up().min(step.h);
         let holds = |&(at, comparison): &(usize, Comparison)| {
-            at == quantity
+            at == event.quantity
                 || comparison.truth(watched[at]) == Some(true)
                 || (from == 0.0 && self.goes_inside(step, at, comparison, until))
         };
         if self.mode.domain.iter().all(holds) {
-            let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(false) };
-            let Some(strictly) = strictly(known[quantity], is_rising) else { return Ok(false) };
-            known[quantity] = strictly;
-            if self.mode.edges.iter().all(|e| all(&e.guard, &known) == Some(false)) {
+            let Some(known) = self.on_the_way(&watched, event) else { return Ok(false) };
+            if edges.iter().all(|&e| all(&self.mode.edges[e].guard, &known) == Some(false)) {
                 return Ok(true);
             }
         }
         let middle = 0.5 * (from + to);
-        let event = (quantity, is_rising);
         Ok(depth > 0
-            && self.is_quiet_on_the_way(step, clock, event, latest, (from, middle), depth - 1)?
-            && self.is_quiet_on_the_way(step, clock, event, latest, (middle, to), depth - 1)?)
+            && self.is_quiet_on_the_way(step, event, edges, (from, middle), depth - 1)?
+            && self.is_quiet_on_the_way(step, event, edges, (middle, to), depth - 1)?)
+    }
+
+    /// What is left of watched ranges before a crossing.
+    fn on_the_way(&self, watched: &[Interval], event: &Event) -> Option<Vec<Interval>> {
+        let mut known = kept(&self.mode.domain, watched)?;
+        known[event.quantity] = strictly(known[event.quantity], event.is_rising)?;
+        Some(known)
+    }
+
+    /// A part of the way to a crossing outside which an edge is not enabled; `None` if it is nowhere.
+    pub(crate) fn possible_before(
+        &self,
+        step: &Step,
+        event: &Event,
+        edge: usize,
+        (from, to): (f64, f64),
+        depth: u32,
+    ) -> Result<Option<(f64, f64)>, Fault> {
+        let watched = self.watched(&self.states(step, &Clock::Until(event.instant), from, to)?)?;
+        let Some(known) = self.on_the_way(&watched, event) else { return Ok(None) };
+        match all(&self.mode.edges[edge].guard, &known) {
+            Some(false) => return Ok(None),
+            None if depth > 0 => {}
+            _ => return Ok(Some((from, to))),
+        }
+        let middle = 0.5 * (from + to);
+        let first = self.possible_before(step, event, edge, (from, middle), depth - 1)?;
+        let second = self.possible_before(step, event, edge, (middle, to), depth - 1)?;
+        Ok(match (first, second) {
+            (Some(a), Some(b)) => Some((a.0, b.1)),
+            (found, None) | (None, found) => found,
+        })
+    }
+
+    /// The states on a part of the way to a crossing.
+    pub(crate) fn states_before(&self, step: &Step, event: &Event, part: (f64, f64)) -> Result<Set, Fault> {
+        let models = self.states(step, &Clock::Until(event.instant), part.0, part.1)?;
+        Ok(Set { space: self.flow.space.clone(), models })
     }
 
     /// Whether the domain says that the quantity starts on the side it crosses from.
-    fn starts_inside(&self, quantity: usize, is_rising: bool) -> bool {
-        let leaving = |&(at, comparison): &(usize, Comparison)| at == quantity && leaves(comparison, is_rising);
+    fn starts_inside(&self, event: &Event) -> bool {
+        let leaving =
+            |&(at, comparison): &(usize, Comparison)| at == event.quantity && leaves(comparison, event.is_rising);
         self.mode.domain.iter().any(leaving)
     }
 
@@ -314,22 +374,19 @@ impl Walk<'_> {
     pub(crate) fn enabled(
         &self,
         states: &[Model],
-        quantity: usize,
-        is_rising: bool,
+        &Event { quantity, is_rising, .. }: &Event,
     ) -> Result<Vec<(usize, bool)>, Fault> {
         let watched = self.watched(states)?;
         let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(Vec::new()) };
         known[quantity] = Interval::ZERO;
         let mut found = Vec::new();
         for (number, edge) in self.mode.edges.iter().enumerate() {
-            // An urgent edge whose strict bound holds right after the crossing is due at it.
-            let is_due =
-                |c: Comparison| edge.is_urgent && !leaves(c, is_rising) || c == Comparison::Differ && edge.is_urgent;
-            let guard: Guard =
-                edge.guard.iter().filter(|(at, c)| *at != quantity || !(c.at_zero() || is_due(*c))).copied().collect();
-            match all(&guard, &known) {
-                Some(false) => {}
-                truth => found.push((number, truth == Some(true))),
+            let at_zero = guarded(&edge.guard, quantity, &known, Comparison::at_zero);
+            // An urgent edge that is enabled right after the crossing is due at it.
+            let after = |c: Comparison| edge.is_urgent && holds_beyond(c, is_rising);
+            match (at_zero, guarded(&edge.guard, quantity, &known, after)) {
+                (Some(false), Some(false)) => {}
+                (here, later) => found.push((number, here == Some(true) || later == Some(true))),
             }
         }
         Ok(found)
@@ -343,10 +400,19 @@ impl Walk<'_> {
         let mut look = Look { claim: judged(None, time, false), keeps_window: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
         self.look(step, clock, (0.0, 1.0), depth, &mut look)?;
+        if self.may_be_over(clock)? {
+            (look.claim.met, look.claim.violated) = (None, None);
+        }
         let watched = look.watched.unwrap_or_default();
         let keeps_window = look.keeps_window;
         self.stretch.segments.push(Segment { time, states: hull, watched, claim: look.claim, keeps_window });
         Ok(())
+    }
+
+    /// Whether the stretch may have no length: it then has no instant but that of its landing, at which other things hold.
+    fn may_be_over(&self, clock: &Clock) -> Result<bool, Fault> {
+        let Clock::Until(instant) = clock else { return Ok(false) };
+        Ok(self.stretch.segments.is_empty() && self.flow.space.range(instant)?.low() <= 0.0)
     }
 
     fn look(&self, step: &Step, clock: &Clock, part: (f64, f64), depth: u32, seen: &mut Look) -> Result<(), Fault> {

@@ -31,7 +31,7 @@ from haverify.text.record import holder
 Q = Fraction
 Json = Any
 METHOD = "induction"
-SECONDS = 20.0  # for the search for an invariant
+SECONDS = 40.0  # for the search for an invariant
 
 
 @holder

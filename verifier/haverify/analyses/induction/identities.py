@@ -16,8 +16,9 @@ from typing import Any
 from haverify.maths.bernstein import tensor_coefficients
 from haverify.maths.digits import rational_text
 from haverify.maths.polynomial import Monomial, Polynomial, variable
-from haverify.obligations.formula import Formula, Literal
+from haverify.obligations.formula import Formula, Literal, negation
 from haverify.obligations.functions import factors
+from haverify.obligations.premises import Premises, whole
 from haverify.text.record import record
 
 Q = Fraction
@@ -127,41 +128,22 @@ def _proof(parts: list[Part], frame: Frame) -> Json | None:
     if groups is None:
         return None
     strict = next(((i, -q) for i, f, q in parts if f.op == "<" and q < 0), None)
-    products: list[tuple[Q, tuple[str, ...], list[int]]] = []
-    above = Q(0)
+    last: Json = None if strict is None else [rational_text(strict[1]), [strict[0]]]
+    squares = [[rational_text(-q), [i]] for i, f, q in parts if f.op != "==" and (strict is None or i != strict[0])]
     for outer, inner in groups.items():
         found = _products(inner, frame.ends)
         if found is None:
             return None
-        if not outer and strict is None:
-            above = min((c for c, _, _ in found), default=Q(0))
-            inner[()] = inner.get((), Q(0)) - above
-            found = _products(inner, frame.ends) or []
         root = factors(tuple((v, e // 2) for v, e in outer if v not in frame.forms))
         linear = [frame.forms[v] for v, e in outer if v in frame.forms for _ in range(e)]
-        products += [(w, root, [*places, *linear]) for _, w, places in found if w]
-    last = _last(strict, above, products, frame)
-    if last is None:
-        return None
-    squares = [[rational_text(-q), [i]] for i, f, q in parts if f.op != "==" and (strict is None or i != strict[0])]
-    squares += [[[[rational_text(w), [["1", *root]]]], places] for w, root, places in products]
+        least = min((c for c, _, _ in found), default=Q(0))
+        if last is None and not root and frame.strict.issuperset(linear) and least > 0:
+            last = [rational_text(least), linear]
+            inner[()] = inner.get((), Q(0)) - least
+            found = _products(inner, frame.ends) or []
+        squares += [[[[rational_text(w), [["1", *root]]]], [*places, *linear]] for _, w, places in found if w]
     equal = [[i, [[rational_text(q)]]] for i, f, q in parts if f.op == "=="]
-    return ["psatz", squares, equal, last]
-
-
-def _last(
-    strict: tuple[int, Q] | None, above: Q, products: list[tuple[Q, tuple[str, ...], list[int]]], frame: Frame
-) -> Json | None:
-    """What is above 0 in the identity: a strict premise, a number, or a product of strict premises, taken away."""
-    if strict is not None:
-        return [rational_text(strict[1]), [strict[0]]]
-    if above:
-        return [rational_text(above), []]
-    k = next((k for k, (_, root, places) in enumerate(products) if not root and frame.strict.issuperset(places)), None)
-    if k is None:
-        return None
-    w, _, places = products.pop(k)
-    return [rational_text(w), places]
+    return None if last is None else ["psatz", squares, equal, last]
 
 
 def _groups(parts: list[Part], frame: Frame) -> dict[Monomial, dict[Monomial, Q]] | None:
@@ -209,3 +191,32 @@ def _products(inner: dict[Monomial, Q], ends: Bounds) -> list[tuple[Q, Q, list[i
 def _polynomial(terms: dict[Monomial, Q]) -> Polynomial:
     unit = lcm(*(c.denominator for c in terms.values()))
     return Polynomial({m: int(c * unit) for m, c in terms.items() if c}, unit)
+
+
+def cancelled(premises: Premises) -> tuple[Formula, Json] | None:
+    """An inequality without a factor that is a name above 0, if it is new, and a proof that it cannot fail."""
+    leaves = [(i, f) for i, f in enumerate(premises.entries) if isinstance(f, Literal) and f.op in ("<", "<=")]
+    lows = {v: low for v, (low, _) in bounds_of(leaves).items() if low.end > 0}
+    for i, f in leaves:
+        for v, low in lows.items():
+            rest = _without(f.polynomial, v)
+            if rest is None or rest.constant is not None or Literal(f.op, whole(rest)) in premises.entries:
+                continue
+            formula = Literal(f.op, whole(rest))
+            if negation(formula) in premises.entries:
+                continue
+            place = len(premises.entries)  # that of the denied formula
+            size = whole(rest).terms[min(rest.terms)] / rest.terms[min(rest.terms)]
+            steep, flat = rational_text(1 / low.scale / size), rational_text(low.end / size)
+            if f.op == "<":
+                return formula, ["psatz", [[steep, [low.place, place]], [flat, [place]]], [], ["1", [i]]]
+            return formula, ["psatz", [["1", [i]], [steep, [low.place, place]]], [], [flat, [place]]]
+    return None
+
+
+def _without(p: Polynomial, v: str) -> Polynomial | None:
+    """`p / v`, where that is a polynomial."""
+    if any(v not in dict(m) for m in p.whole):
+        return None
+    lower = {tuple((n, e - (n == v)) for n, e in m if e - (n == v)): c for m, c in p.whole.items()}
+    return Polynomial(lower, p.divisor)

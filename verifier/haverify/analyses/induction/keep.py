@@ -7,7 +7,7 @@ from typing import Any
 
 from haverify.analyses.induction.prove import prove, rule_for
 from haverify.analyses.induction.refute import Effort, refute
-from haverify.maths.polynomial import NOUGHT, Polynomial, constant
+from haverify.maths.polynomial import NOUGHT, Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, compare, literal, literals, negation
 from haverify.obligations.functions import Functions, factors
 from haverify.obligations.premises import Premises, formula_json, members, polynomial_json, primitive, whole
@@ -94,10 +94,10 @@ class Keeper:
             return None
         p = whole(f.polynomial)
         side = compare(">" if f.op == "<=" else "<", p)
-        for c in COFACTORS:
-            proof = refute(known.with_(side, compare(">", self._slope(p) - p.scaled(c))), self.effort)
+        for c in (self.rates["time"].scaled(k) for k in COFACTORS):
+            proof = refute(known.with_(side, compare(">", self._slope(p) - c * p)), self.effort)
             if proof is not None:
-                return {"rule": "growth", "cofactor": polynomial_json(constant(c)), "band": None, "proof": proof}
+                return {"rule": "growth", "cofactor": polynomial_json(c), "band": None, "proof": proof}
         return None
 
     def _barrier(self, known: Premises, f: Literal) -> Json | None:

@@ -121,11 +121,11 @@ def _suspects(induction: Induction, span: Q) -> list[tuple[Start, float]]:
         rates = [compiled(fields[n], names, functions) if n in fields else lambda _: 0.0 for n in names]
         wrong = violated(negation(induction.aim(start.mode)), names, functions)
         outside = violated(negation(induction.premises(*induction.common(start.mode)).conjunction()), names, functions)
-        for time, point in walk(rates, [start.point[n] for n in names], float(span), STEPS):
+        for _, point in walk(rates, [start.point[n] for n in names], float(span), STEPS):
             if outside(point):
                 break
             if wrong(point):
-                found.append((start, time))
+                found.append((start, point[-1]))
                 break
     return found
 
@@ -140,7 +140,8 @@ def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     try:
         goal = claim.goals[0]
         model = flow_model(spec, automaton, [goal.condition])
-        at = violating_from(model, claim, goal, [start.point.get(n, Q(0)) for n in model.names])
+        fixed = {n: low for n, (low, _) in induction.params.items()} | {"time": Q(0)} | start.point
+        at = violating_from(model, claim, goal, [fixed[n] for n in model.names])
     except OutsideFragmentError:
         return None
     if at is None:

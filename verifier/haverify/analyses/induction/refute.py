@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from haverify.analyses.induction.boxes import on_boxes
-from haverify.analyses.induction.identities import glance
+from haverify.analyses.induction.identities import cancelled, glance
 from haverify.analyses.induction.signs import absurd
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Junction, Literal
@@ -38,6 +38,11 @@ def refute(premises: Premises, effort: Effort) -> Json | None:
     if pinned is not None:
         inner = refute(premises.with_(pinned), effort)
         return None if inner is None else ["cut", formula_json(pinned), inner, "t"]
+    factor = cancelled(premises)
+    if factor is not None:
+        formula, proof = factor
+        inner = refute(premises.with_(formula), effort)
+        return None if inner is None else ["cut", formula_json(formula), inner, proof]
     found = glance(premises.entries)
     return found or _cases(premises, effort) or on_boxes(premises, effort.leaves) or _with_series(premises, effort)
 
