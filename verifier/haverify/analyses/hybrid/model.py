@@ -159,7 +159,7 @@ def listings(
 ) -> list[ModeListing]:
     """The automaton as the kernel takes it, with what is to be judged.
 
-    `compared` is filled with the comparisons of each mode's claim and of the window, and where their quantities are watched.
+    `compared` is filled with the comparisons of each mode's claim and the window, and where their quantities are.
 
     Raises
     ------

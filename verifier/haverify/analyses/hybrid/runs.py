@@ -94,7 +94,7 @@ def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | Non
 
 
 def _is_followed(tree: Sequence[Stretch], number: int | None) -> bool:
-    """Whether runs stay in the declared ranges up to the end of a stretch: they are followed no farther (LANGUAGE S4)."""
+    """Whether runs stay in the declared ranges to the end of a stretch: they are followed no farther (S4)."""
     while number is not None:
         if not all(g.keeps_window for g in tree[number].stages):
             return False
