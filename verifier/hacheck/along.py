@@ -5,6 +5,7 @@ A record that is too coarse is beyond the checker, not refused.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
@@ -54,11 +55,20 @@ class Along:
             n[0] == "stuck" for n in nodes(question.condition)
         ):
             raise Beyond("a flow that a run may leave for good")
-        self.record = Record(self.scope, question.setting.load(name))
+        self.record = self._record(question, name)
         self.starts = FlowStarts(self.scope, self.record)
         self.space, self.limit = self.record.space, question.limit
         self.first, self.positive = max(question.after or Fraction(0), Fraction(0)), question.goal["kind"] == "always"
         self._rules: dict[str, Rules] = {}
+
+    def _record(self, question: Question, name: Json) -> Record:
+        """The record of a name; claims whose records are equal share what is found out about it."""
+        data = question.setting.load(name)
+        key = json.dumps(data, sort_keys=True)
+        known: dict[str, Record] = question.setting.records
+        if key not in known:
+            known[key] = Record(self.scope, data)
+        return known[key]
 
     def rules(self, mode: str) -> Rules:
         """The conditions of a mode."""
@@ -119,9 +129,9 @@ class Along:
         """The claim holds along the steps of a stretch, up to the horizon or to jumps, and along what follows."""
         steps, jumps = list(node["steps"]), node.get("jumps")
         for n, step in enumerate(steps):
-            states, h, after = self.record.step(here, params, step)
+            states, _, after = self.record.step(here, params, step)
             if jumps is not None and n == len(steps) - 1:
-                self._leave(here.mode, states, h, jumps, params)
+                self._leave(here, step, jumps, params)
                 return
             known = self._held(here.mode, states, touching or []) if not n else UNKNOWN
             self._need(self._close(states, partial(self._fits, here.mode, known), CLOSE), states)
@@ -176,8 +186,14 @@ class Along:
 
     # Jumps
 
-    def _leave(self, mode: str, states: States, h: Model, jumps: list[Json], params: Mapping[str, Model]) -> None:
+    def _leave(self, here: Here, step: Json, jumps: list[Json], params: Mapping[str, Model]) -> None:
         """All runs are out of the domain at the end of a step; the jumps at its border go on as the record says."""
+        states, h, _ = self.record.step(here, params, step)
+        found = self.record.once(lambda: self._border(here.mode, states, h), here, step, "border")
+        self._before(here.mode, states, found)
+        self._jumps(here.mode, found, jumps, params)
+
+    def _border(self, mode: str, states: States, h: Model) -> Crossing:
         r = self.rules(mode)
         for place, sign in borders(r.domain):
             try:
@@ -185,9 +201,7 @@ class Along:
             except Beyond:
                 continue
             if found is not None:
-                self._before(mode, states, found)
-                self._jumps(mode, found, jumps, params)
-                return
+                return found
         raise Beyond("it is not shown that all runs leave their domain in a step")
 
     def _before(self, mode: str, states: States, found: Crossing) -> None:
@@ -218,8 +232,8 @@ class Along:
             self._need(fits is True, after)
             if k not in given:
                 raise Beyond(f"a jump that may be made is not in the record: {self.model.edges[k]['name']}")
-            here = self.record.landed(target, given[k]["x"], after, after["time"])
-            self._stretch(given[k], here, params)
+            begun = partial(self.record.landed, target, given[k]["x"], after, after["time"])
+            self._stretch(given[k], self.record.once(begun, found, given[k]), params)
 
     def _landing(self, k: int, before: States) -> tuple[Tape, States]:
         """The instant just after an edge: its tape, with the states after and before it."""

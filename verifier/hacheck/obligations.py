@@ -54,6 +54,7 @@ class Setting:
         seen = mentioned(core, automaton, {c["name"] for c in automaton["constants"]})
         self.hash = canonical_hash({"automaton": automaton, "constants": seen, **shared})
         self._cells: dict[str, Cells] = {}
+        self.records: dict[str, Any] = {}  # recorded flows by what they say
         self._starts: set[str] = set()
 
     def cells(self, name: str) -> Cells:

@@ -5,7 +5,7 @@ How far solutions are from the polynomials is found here (`tubes.py`); a record 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from math import ceil, floor
 from typing import Any, NamedTuple
@@ -46,6 +46,15 @@ class Record:
         self.space = Space(bits, self.order, max(most, coarse))
         self.coarse = Space(bits, min(COARSE_TIME, self.order), coarse)
         self._fields: dict[str, Field] = {}
+        self._known: dict[tuple[int, ...], tuple[Any, Any]] = {}
+        self._starts: dict[tuple[str, tuple[tuple[str, Ends], ...]], Here] = {}
+
+    def once(self, found: Callable[[], Any], *about: Any) -> Any:
+        """What is found out about some objects, which are told apart by identity, is found out once."""
+        key = tuple(map(id, about))
+        if key not in self._known:
+            self._known[key] = about, found()  # they are kept, so that their identities are not given away
+        return self._known[key][1]
 
     def _monomial(self, given: Json) -> int:
         if len(given) != len(self.set) or sum(given) > HIGHEST:
@@ -67,7 +76,13 @@ class Record:
         return {p: self._side(p, box[p]) for p in self.scope.ranges}
 
     def start(self, mode: str, box: Mapping[str, Ends]) -> Here:
-        """All states of a box, at time 0."""
+        """All states of a box, at time 0; for equal boxes the same object."""
+        key = mode, tuple(sorted(box.items()))
+        if key not in self._starts:
+            self._starts[key] = self._start(mode, box)
+        return self._starts[key]
+
+    def _start(self, mode: str, box: Mapping[str, Ends]) -> Here:
         sides = {v: self._side(v, box[v]) for v in self.moving}
         centre = {v: Model(m.parts, 0) for v, m in sides.items()}
         return Here(mode, self.field(mode).front(centre, [sides[v].radius for v in self.moving]), ZERO)
@@ -93,6 +108,10 @@ class Record:
 
         The length may depend on the set: states of the set go the same ways at paces of their own.
         """
+        found: tuple[dict[str, Model], Model, Here] = self.once(lambda: self._step(here, params, step), here, step)
+        return found
+
+    def _step(self, here: Here, params: Mapping[str, Model], step: Json) -> tuple[dict[str, Model], Model, Here]:
         h, moving = Model({0: self._terms(step["h"] if isinstance(step["h"], list) else [step["h"]])}, 0), self.moving
         if bounds(h)[0] <= 0:
             raise Refused("a recorded step does not go forwards")
