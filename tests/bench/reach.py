@@ -18,7 +18,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "peers" / "nln"
 RUNS = 5
-LIMIT_S = 300  # of one process: what takes longer is reported as not finished
+LIMIT_S = 120  # of one process: what takes longer is reported as not finished
 
 Json = Any
 

@@ -5,7 +5,7 @@
 //! zeros, numbers and low degrees cost little. Coefficients beyond those degrees are zero, whatever the block holds.
 
 use crate::fault::Fault;
-use crate::interval::Interval;
+use crate::interval::{Enclosure, Interval};
 use crate::models::{raised, Model, Space, UNIT};
 use std::sync::Arc;
 
@@ -34,6 +34,8 @@ pub struct Arena {
     /// `degree + 1` sums of magnitudes for each place.
     norms: Vec<f64>,
     coefficients: Vec<f64>,
+    /// How many degrees of sums of products are kept; bounds of the others go to the radius.
+    limit: usize,
     /// Where a sum grows before it is put in its place.
     sum: Vec<f64>,
 }
@@ -46,14 +48,33 @@ impl Arena {
             heads: vec![Head::default(); places],
             norms: vec![0.0; places * degrees],
             coefficients: vec![0.0; places * size],
+            limit: degrees,
             sum: vec![0.0; size],
             space,
         }
     }
 
-    /// Make every place zero.
+    /// A range of a place: around its number, as far as the sums of magnitudes go.
+    pub fn range(&self, at: usize) -> Enclosure {
+        let middle = self.polynomial(at).first().copied().unwrap_or(0.0);
+        let spread = raised(self.norms(at).iter().skip(1).sum::<f64>() + self.heads[at].radius);
+        Interval::new((middle - spread).next_down(), (middle + spread).next_up())
+    }
+
+    /// Make every place zero, and keep all degrees again.
     pub fn clear(&mut self) {
         self.heads.fill(Head::default());
+        self.limit = self.space.degree + 1;
+    }
+
+    /// Keep so many degrees of sums of products from now on, if there are as many.
+    pub fn keep(&mut self, degrees: usize) {
+        self.limit = degrees.clamp(1, self.space.degree + 1);
+    }
+
+    /// How many degrees of a place, the last of them included, have a sum of magnitudes above this.
+    pub fn degrees_above(&self, at: usize, least: f64) -> usize {
+        self.norms(at).iter().rposition(|&norm| norm > least).map_or(0, |d| d + 1)
     }
 
     fn count(&self, at: usize) -> usize {
@@ -156,7 +177,6 @@ impl Arena {
 
     /// `at` becomes the sum of the weighted products; weights are not negative.
     pub fn sum(&mut self, at: usize, products: &[Product]) -> Result<(), Fault> {
-        let top = self.space.degree + 1;
         let (mut degrees, mut radius, mut mass, mut count) = (0, 0.0, 0.0, 0usize);
         for &(weight, a, b) in products {
             let (x, y) = (self.heads[a], self.heads[b]);
@@ -168,7 +188,7 @@ impl Arena {
             if x.degrees == 0 || y.degrees == 0 {
                 continue;
             }
-            let reached = (x.degrees + y.degrees - 1).min(top);
+            let reached = (x.degrees + y.degrees - 1).min(self.limit);
             if reached > degrees {
                 let (from, to) = (self.space.upto_degrees(degrees), self.space.upto_degrees(reached));
                 self.sum[from..to].fill(0.0);
@@ -187,13 +207,13 @@ impl Arena {
         self.settle(at, degrees, raised(raised(radius) + raised(UNIT * count as f64 * mass)))
     }
 
-    /// What a product has beyond the degree of the space.
+    /// What a product has beyond the degrees that are kept.
     fn dropped(&self, a: usize, b: usize) -> f64 {
         let (x, y) = (self.norms(a), self.norms(b));
-        let beyond = |d: usize| y.iter().skip(self.space.degree + 1 - d).sum::<f64>();
-        if x.len() + y.len() <= self.space.degree + 2 {
+        if x.len() + y.len() <= self.limit + 1 {
             return 0.0;
         }
+        let beyond = |d: usize| y.iter().skip(self.limit.saturating_sub(d)).sum::<f64>();
         x.iter().enumerate().map(|(d, p)| if *p > 0.0 { p * beyond(d) } else { 0.0 }).sum()
     }
 
@@ -203,12 +223,16 @@ impl Arena {
         let y = &self.coefficients[many * size..many * size + self.count(many)];
         let first = weight * x[0];
         if first != 0.0 {
-            self.sum.iter_mut().zip(y).for_each(|(s, d)| *s += first * d);
+            let kept = self.space.upto_degrees(self.limit);
+            self.sum[..kept].iter_mut().zip(y).for_each(|(s, d)| *s += first * d);
         }
-        for (i, c) in x.iter().enumerate().skip(1).filter(|(_, c)| **c != 0.0) {
-            let c = c * weight;
-            for (&at, d) in self.space.row(i).iter().zip(y) {
-                self.sum[at as usize] += c * d;
+        for d in 1..self.heads[few].degrees.min(self.limit) {
+            let y = &y[..y.len().min(self.space.upto_degrees(self.limit - d))];
+            for i in self.space.upto_degrees(d)..self.space.upto_degrees(d + 1) {
+                let c = x[i] * weight;
+                if c != 0.0 {
+                    self.space.row(i).iter().zip(y).for_each(|(&at, d)| self.sum[at as usize] += c * d);
+                }
             }
         }
     }

@@ -16,6 +16,7 @@ pub mod elementary;
 pub mod environment;
 pub mod errors;
 pub mod fault;
+mod flow;
 pub mod flowpipe;
 pub mod hybrid;
 pub mod interval;

@@ -99,8 +99,19 @@ impl Sweep {
 
     /// Compute the states' series up to an order.
     pub fn extend(&mut self, order: usize) -> Result<(), Fault> {
+        self.extend_for(order, None)
+    }
+
+    /// Compute the states' series up to an order; for a step and an error given, with as many degrees, order by order,
+    /// as matter: one more than those whose terms at the end of the step are above the error.
+    pub fn extend_for(&mut self, order: usize, step_and_error: Option<(f64, f64)>) -> Result<(), Fault> {
         while self.known < order {
             let k = self.known;
+            if let Some((h, error)) = step_and_error.filter(|_| k > 0) {
+                let least = error / h.powi(k as i32);
+                let matter = (0..self.states).map(|v| self.arena.degrees_above(self.at(v, k), least)).max();
+                self.arena.keep(matter.unwrap_or(0) + 1);
+            }
             for r in 0..self.rules.len() {
                 self.value(r, k)?;
             }
@@ -271,6 +282,11 @@ impl Sweep {
     /// The coefficient of one order of a state's series.
     pub fn coefficient(&self, state: usize, k: usize) -> Model {
         self.arena.model(self.at(state, k))
+    }
+
+    /// A range of the coefficient of one order of a state's series: coarse, but quick.
+    pub fn range(&self, state: usize, k: usize) -> Enclosure {
+        self.arena.range(self.at(state, k))
     }
 
     /// The slope of a coefficient of a state's series by a state; `None` where there is none.

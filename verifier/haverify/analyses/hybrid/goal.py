@@ -24,6 +24,7 @@ class Asked:
     """A goal as one condition on instants from `first` to `last`.
 
     `jumps` is how many jumps a run may make: a budget of the analysis, or where `last_jump`, what the claim is about.
+    Where `to_the_end`, a run that is stuck before `last` keeps the goal from being proved (LANGUAGE S21).
     """
 
     kind: str
@@ -32,6 +33,7 @@ class Asked:
     last: Q
     jumps: int
     last_jump: bool = False
+    to_the_end: bool = False
 
 
 def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
@@ -51,6 +53,8 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
         first = max(first, model.values.number(goal.window[0]))
         ends.append(model.values.number(goal.window[1]))
     if not ends and claim.jumps is not None and goal.kind != "reach":
+        if claim.jumps == 0:
+            raise OutsideFragmentError("a horizon of no jumps, which holds the start alone")
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, ENDLESS, claim.jumps, last_jump=True)
     if not ends:
@@ -77,7 +81,7 @@ def _signal(model: HybridModel, claim: Claim, e: Expr) -> Asked:
     kind = "always" if e.op == "globally" else "reach"
     _fit_for_ends(model, Goal(kind, inner), first)
     jumps = MOST_JUMPS if claim.jumps is None else claim.jumps
-    return Asked(kind, inner, first, last, jumps)
+    return Asked(kind, inner, first, last, jumps, to_the_end=True)
 
 
 def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:

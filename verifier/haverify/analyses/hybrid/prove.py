@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import takewhile
 from math import floor
 
 from haverify.analyses.flow_model import Box
@@ -47,16 +48,16 @@ def proved_by(question: Question) -> list[list[Stretch]] | None:
 def _shows(question: Question, s: Stretch) -> bool:
     """Whether a stretch leaves nothing open that its successors do not settle."""
     if question.asked.kind == "reach":
-        return _is_met(s) or s.end in ("jumped", "cut")
+        return _is_met(s) or (s.end in ("jumped", "cut") and all(g.keeps_window for g in s.stages))
     held = all(g.claim.holds and g.keeps_window for g in s.stages) and (s.jump is None or s.jump.claim.holds)
     last = "jumps" if question.asked.last_jump else "horizon"
-    return held and s.end in (last, "jumped", "left", "cut")
+    return held and (s.end in (last, "jumped", "cut") or (s.end == "left" and not question.asked.to_the_end))
 
 
 def _is_met(s: Stretch) -> bool:
-    return (s.jump is not None and s.jump.claim.met is not None) or any(
-        g.claim.met is not None and g.keeps_window for g in s.stages
-    )
+    """Whether all runs in the stretch meet the goal before they may leave the declared ranges (LANGUAGE S4)."""
+    followed = takewhile(lambda g: g.keeps_window, s.stages)
+    return (s.jump is not None and s.jump.claim.met is not None) or any(g.claim.met is not None for g in followed)
 
 
 def _note(question: Question, s: Stretch) -> None:
@@ -99,25 +100,21 @@ def margin(question: Question, proof: Sequence[Sequence[Stretch]]) -> Margin | N
     unit = asked.children[0].unit
     if unit is None or any(n.op in ("abs", "jump", "jumped", "pre", "at") for n in nodes(asked)):
         return None
-    sign = 1 if _is_lower_bound(question) else -1
-    stages = [g for tree in proof for s in tree for g in s.stages if g.time[0] <= question.asked.last]
-    place = _claimed(question)
-    ends = [(Q(g.watched[place][0 if sign > 0 else 1]) * sign, g.time[0]) for g in stages if g.watched]
+    claimed = [next(iter(atoms), None) for atoms in question.compared]
+    bounds = {(c[0], c[1]) for c in claimed if c is not None}
+    if None in claimed or len(bounds) != 1 or _is_bare(proof):
+        return None
+    ((_, op),) = bounds
+    sign = 1 if op in (">", ">=") else -1
+    places = [c[2] for c in claimed if c is not None]
+    stages = [(g, places[s.mode]) for tree in proof for s in tree for g in s.stages if g.time[0] <= question.asked.last]
+    ends = [(Q(g.watched[place][0 if sign > 0 else 1]) * sign, g.time[0]) for g, place in stages if g.watched]
     if not ends:
         return None
     low, at = min(ends)
     return Margin(low, low, str(unit), f"t = {max(at, 0.0):.6g} s")
 
 
-def _is_lower_bound(question: Question) -> bool:
-    return _claim_atom(question)[0] in (">", ">=")
-
-
-def _claimed(question: Question) -> int:
-    return _claim_atom(question)[1]
-
-
-def _claim_atom(question: Question) -> tuple[str, int]:
-    """The first comparison in what the first mode judges: the claim's own."""
-    claim = question.modes[0][3]
-    return next((word, place) for word, place in claim if word not in ("all", "any", "true", "false"))
+def _is_bare(proof: Sequence[Sequence[Stretch]]) -> bool:
+    """Whether some landing is in no stage, so that how far it stays from the bound is not known."""
+    return any(s.jump is not None and not s.stages and s.end != "cut" for tree in proof for s in tree)

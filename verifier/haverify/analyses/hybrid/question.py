@@ -32,7 +32,7 @@ class Question:
     claim: Claim
     asked: Asked
     modes: list[ModeListing]
-    # For each mode, the comparisons of the claim: quantity, sign, position among what is watched.
+    # For each mode, the comparisons of the claim and of the window: quantity, sign, position among what is watched.
     compared: list[list[tuple[Expr, str, int]]]
     reached: float | None = None
     trouble: str = ""
@@ -58,7 +58,7 @@ def follow(question: Question, start: Start, box: Box, until: str) -> list[Stret
 
 
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
-    """The comparisons that the claim makes in a mode and that hold on a box of starts exactly."""
+    """The comparisons of the claim and the window in a mode that hold on a box of starts exactly."""
     model = question.model
     sides = dict(zip(model.names, box, strict=True))
     found = []

@@ -7,6 +7,7 @@ from fractions import Fraction
 from itertools import islice, product
 
 from haverify.analyses.induction.boxes import bounded, enclosed
+from haverify.analyses.synthesis.starts import exact_points
 from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant
 from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, truth
@@ -16,15 +17,21 @@ from haverify.text.record import record
 
 Q = Fraction
 Point = dict[str, Q]
-TRIES = 4000
+FIRST_TRIES, TRIES = 200, 4000
+MANY = 8  # names: more than a grid can search
 FEW = (Q(0), Q(1), Q(-1), Q(2), Q(-2), Q(1, 2), Q(-1, 2), Q(10), Q(-10))
 
 
 def satisfying(premises: Premises, names: Iterable[str], tries: int = TRIES) -> Point | None:
     """Values of the names for which all entries certainly hold; None where none was found."""
-    for solved in _cases(premises):
-        found = _search(solved, premises, sorted(names), tries)
-        if found is not None:
+    wanted = sorted(names)
+    for limit in (FIRST_TRIES, tries):
+        for solved in _cases(premises):
+            found = _search(solved, premises, wanted, limit)
+            if found is not None:
+                return found
+        found = next(exact_points(premises.entries, wanted), None) if not premises.functions.known else None
+        if found is not None or len(wanted) > MANY:
             return found
     return None
 

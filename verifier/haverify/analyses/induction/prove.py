@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import monotonic
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 from haverify.analyses.induction.refute import Effort, refute
@@ -41,4 +41,4 @@ def _programs() -> Programs:
     from haverify.solvers.positivity.levels import NUMBERS, PAIRS, SQUARES
     from haverify.solvers.positivity.refute import Effort as Found
 
-    return Found((NUMBERS, SQUARES, PAIRS), monotonic() + SECONDS)
+    return Found((NUMBERS, SQUARES, PAIRS), process_time() + SECONDS)

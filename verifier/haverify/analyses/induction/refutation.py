@@ -140,7 +140,8 @@ def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     try:
         goal = claim.goals[0]
         model = flow_model(spec, automaton, [goal.condition])
-        at = violating_from(model, claim, goal, [start.point.get(n, Q(0)) for n in model.names])
+        fixed = {n: low for n, (low, _) in induction.params.items()} | {"time": Q(0)} | start.point
+        at = violating_from(model, claim, goal, [fixed[n] for n in model.names])
     except OutsideFragmentError:
         return None
     if at is None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from time import monotonic
+from time import process_time
 
 from haverify.analyses.synthesis.barriers import Shape, barrier
 from haverify.analyses.synthesis.candidates import (
@@ -22,17 +22,18 @@ from haverify.analyses.synthesis.keep import boundary, keep
 from haverify.analyses.synthesis.lyapunov import forms
 from haverify.analyses.synthesis.samples import Samples, branches, inside, sample
 from haverify.analyses.synthesis.system import Cut, System
+from haverify.analyses.synthesis.used import used
 from haverify.maths.polynomial import Polynomial, variable
 from haverify.obligations.formula import Formula, Literal, literals, negation, variables
 from haverify.obligations.premises import Premises, members, whole
 from haverify.solvers.positivity.levels import HIGHER, MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES, Level
 from haverify.solvers.positivity.refute import Effort, is_absurd, refute
-from haverify.text.record import holder
+from haverify.text.record import field, holder
 
 CHEAP: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 MEDIUM: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS)
-DEAR: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS, PRODUCTS)
-RATES = (Fraction(0), Fraction(-1), Fraction(1))
+DEAR: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS, HIGHER, PRODUCTS)
+RATES = (Fraction(0), Fraction(-1), Fraction(1), Fraction(-5), Fraction(-1, 10))
 FIRST = tuple(Shape(d, d + 2, r) for d in (2, 4) for r in RATES)
 LATER = tuple(Shape(d, d + 4, r) for d in (2, 4, 6) for r in RATES)
 
@@ -48,10 +49,11 @@ class Search:
     tried: set[object]
     found: list[Polynomial]
     open: list[Formula]
+    needed: set[Literal] = field(default_factory=set)
 
     def effort(self, levels: tuple[Level, ...], seconds: float) -> Effort:
         """Levels within so many seconds, and within the time that is left."""
-        return Effort(levels, min(self.until, monotonic() + seconds))
+        return Effort(levels, min(self.until, process_time() + seconds))
 
     def premises(self) -> Premises:
         """What holds at all times, and the cuts."""
@@ -59,7 +61,7 @@ class Search:
 
     def is_over(self) -> bool:
         """Whether the time is up."""
-        return monotonic() > self.until
+        return process_time() > self.until
 
     def attempt(self, cut: Sequence[Literal], levels: tuple[Level, ...]) -> bool:
         """Adds the conjunction as a cut if it holds at the starts and is kept."""
@@ -94,17 +96,20 @@ class Search:
         """Whether domain and cuts imply the goal; what they imply of it need not be asked again."""
         premises = self.premises()
         for part in list(self.open):
-            if refute(premises.with_(part), self.effort(levels, 6)) is not None:
+            known = premises.with_(part)
+            proof = refute(known, self.effort(levels, 6))
+            if proof is not None:
                 self.open.remove(part)
+                self.needed |= used(proof, known)
         return not self.open
 
     def is_relevant(self, q: Literal) -> bool:
         """Whether the literal says something of names that unsafe states are still linked with."""
-        return not self.linked().isdisjoint(q.polynomial.variables)
+        return not self.linked(self.open).isdisjoint(q.polynomial.variables)
 
-    def linked(self) -> set[str]:
+    def linked(self, parts: Sequence[Formula]) -> set[str]:
         """The names of what is open, of their rates, and of what starts and domain say of these."""
-        names = {v for part in self.open for v in variables(part)}
+        names = {v for part in parts for v in variables(part)}
         entries = [variables(e) for p in (self.system.common, *self.system.starts) for e in p.entries]
         entries += [{v, *p.variables} for v, p in self.system.field.items()]
         for _ in entries:
@@ -117,28 +122,39 @@ class Search:
 
 def invent(system: System, seconds: float) -> list[Cut] | None:
     """Cuts that, with the common premises, imply the goal, each kept under those before it; None if not found."""
-    until = monotonic() + seconds
     unsafe = [negation(g) for g in members(system.goal, is_and=True)]
-    search = Search(system, sample(system), until, [], set(), [], unsafe)
-    for stage in (_equations, _constants, _goal_itself, _integrals, _signs, _boxes, _decreasing, _higher):
+    search = Search(system, sample(system), process_time() + seconds, [], set(), [], unsafe)
+    for stage, levels in STAGES:
         stage(search)
-        if search.is_done(MEDIUM):
-            return search.cuts
+        if search.is_done(levels):
+            return pruned(search)
         if search.is_over():
             return None
-    for stage in (lambda s: _barriers(s, FIRST), lambda s: _signs(s, MEDIUM), lambda s: _boxes(s, MEDIUM)):
-        stage(search)
-        if search.is_done(DEAR):
+    return None
+
+
+def pruned(search: Search) -> list[Cut]:
+    """The cuts that the goal rests on, their rules found anew; all cuts where that fails."""
+    needed, kept = set(search.needed), list[Cut]()
+    for k in reversed(range(len(search.cuts))):
+        cut = search.cuts[k]
+        if needed & set(cut.literals):
+            kept.insert(0, cut)
+            before = search.system.common.with_(*(q for c in search.cuts[:k] for q in c.literals))
+            needed |= used(cut.rule, before)
+    unsafe = [negation(g) for g in members(search.system.goal, is_and=True)]
+    again = Search(search.system, search.samples, process_time() + 10, [], set(), [], unsafe)
+    for cut in kept:
+        rule = keep(again.premises(), cut.literals, search.system.field, again.effort(DEAR, 4))
+        if rule is None:
             return search.cuts
-        if search.is_over():
-            return None
-    _barriers(search, LATER)
-    return search.cuts if search.is_done(DEAR) else None
+        again.cuts.append(Cut(cut.literals, rule))
+    return again.cuts if again.is_done(DEAR) else search.cuts
 
 
 def _decreasing(search: Search) -> None:
     """Quadratic forms that decrease near an equilibrium, bounded between starts and unsafe states."""
-    field, linked = search.system.field, search.linked()
+    field, linked = search.system.field, search.linked(search.open)
     for group in closures(field):
         names = tuple(v for v in group if v in field and field[v].whole)
         if set(names) <= linked:
@@ -149,10 +165,10 @@ def _decreasing(search: Search) -> None:
 def _barriers(search: Search, shapes: Sequence[Shape]) -> None:
     """A barrier between the starts and each kind of unsafe states."""
     domain = [e for e in search.premises().entries if isinstance(e, Literal)]
-    linked = search.linked()
-    names = tuple(v for v in search.samples.names if v in linked)
     starts = [b for s in search.system.starts for b in branches(s.entries)]
     for part in list(search.open):
+        linked = search.linked([part])
+        names = tuple(v for v in search.samples.names if v in linked)
         for unsafe in branches([part]):
             for shape in shapes:
                 if search.is_over() or (
@@ -169,7 +185,7 @@ def _is_separated(
     names: tuple[str, ...],
     shape: Shape,
 ) -> bool:
-    seconds = max(0.5, (search.until - monotonic()) / 3)
+    seconds = max(0.5, (search.until - process_time()) / 3)
     about = [[q for q in side if set(q.polynomial.variables) <= set(names)] for side in (domain, start, unsafe)]
     p = barrier(about[0], about[1], [*about[0], *about[2]], search.system.field, names, shape, seconds)
     return p is not None and search.attempt([below(p)], (SQUARES, HIGHER))
@@ -371,9 +387,11 @@ def _bounds(search: Search, p: Polynomial) -> list[Literal]:
         return []
     found: list[Literal] = []
     spread = max(reached[1] - reached[0], 1e-3)
+    width = min(spread, max(at_start[1] - at_start[0], (1 + abs(at_start[1])) / 20))
     for sign, start, top in ((1, at_start[1], reached[1]), (-1, -at_start[0], -reached[0])):
         signed = p.scaled(Fraction(sign))
-        tops = [simple_between(top, top + spread / 50), simple_between(top + spread / 8, top + spread / 4)]
+        tops = [simple_between(top, top + width / 16), simple_between(top + width / 8, top + width / 4)]
+        tops += [simple_between(top + spread / 8, top + spread / 4)] if spread > 2 * width else []
         tops += [simple_between(top + 2 * spread, top + 4 * spread)] if p.total_degree() == 2 else []
         if start < 0 <= top + 1e-9 or abs(top) < spread / 8:
             tops.append(Fraction(0))
@@ -382,3 +400,19 @@ def _bounds(search: Search, p: Polynomial) -> list[Literal]:
         if q.polynomial in (p, -p):
             found += [below(q.polynomial), below(-q.polynomial)]
     return found
+
+
+STAGES: tuple[tuple[Callable[[Search], None], tuple[Level, ...]], ...] = (
+    (_equations, CHEAP),
+    (_constants, CHEAP),
+    (_goal_itself, CHEAP),
+    (_integrals, MEDIUM),
+    (_signs, MEDIUM),
+    (_boxes, MEDIUM),
+    (_decreasing, MEDIUM),
+    (_higher, MEDIUM),
+    (lambda s: _barriers(s, FIRST), DEAR),
+    (lambda s: _signs(s, MEDIUM), DEAR),
+    (lambda s: _boxes(s, MEDIUM), DEAR),
+    (lambda s: _barriers(s, LATER), DEAR),
+)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import isqrt
-from time import monotonic
+from time import process_time
 from typing import Any
 
-from haverify.maths.polynomial import Polynomial, constant, variable
+from haverify.maths.polynomial import Polynomial, constant, total, variable
 from haverify.obligations.formula import Formula, Junction, Literal
 from haverify.obligations.premises import Premises
 from haverify.solvers.positivity import linear_search, semidefinite
@@ -24,18 +23,18 @@ MOST_BRANCHES = 64
 
 @record
 class Effort:
-    """The levels to try, in order, and an instant (of the monotonic clock) to stop at."""
+    """The levels to try, in order, and an instant of CPU time to stop at."""
 
     levels: tuple[Level, ...]
     until: float
 
     def is_over(self) -> bool:
         """Whether the time is up."""
-        return monotonic() > self.until
+        return process_time() > self.until
 
     def seconds(self) -> float:
         """The time that is left, at least a little."""
-        return max(0.2, self.until - monotonic())
+        return max(0.2, self.until - process_time())
 
 
 def refute(premises: Premises, effort: Effort) -> Proof | None:
@@ -247,18 +246,20 @@ def _narrow(found: dict[str, Ends], v: str, ends: Ends) -> None:
 
 
 def ball(p: Polynomial) -> dict[str, tuple[Fraction, Fraction]]:
-    """The box around `sum a (x - m)^2 <= r`, if `p <= 0` says that; empty for anything else."""
-    squares = {m[0][0]: c for m, c in p.terms.items() if len(m) == 1 and m[0][1] == 2}
-    if set(squares) != set(p.variables) or any(c <= 0 for c in squares.values()) or p.total_degree() != 2:
-        return {}
+    """The box around `sum a (x - m)^n <= r` with even n and a > 0, if `p <= 0` says that; empty for anything else."""
     if any(len(m) > 1 for m in p.whole):
         return {}
-    middle = {v: -p.terms.get(((v, 1),), Fraction(0)) / (2 * a) for v, a in squares.items()}
-    radius = sum((a * middle[v] ** 2 for v, a in squares.items()), -p.terms.get((), Fraction(0)))
-    if radius < 0:
+    tops = {v: p.degree(v) for v in p.variables}
+    leading = {v: p.terms[((v, n),)] for v, n in tops.items()}
+    if any(n % 2 or leading[v] <= 0 for v, n in tops.items()):
         return {}
-    reach = {v: Fraction(isqrt(int(radius / a * 2**40)) + 1, 2**20) for v, a in squares.items()}
-    return {v: (middle[v] - reach[v], middle[v] + reach[v]) for v in squares}
+    middle = {v: -p.terms.get(((v, n - 1),), Fraction(0)) / (n * leading[v]) for v, n in tops.items()}
+    radius = -p.value(middle)
+    powers = [(variable(v) - constant(middle[v])) ** n for v, n in tops.items()]
+    if radius < 0 or total(q.scaled(leading[v]) for v, q in zip(tops, powers, strict=True)) - constant(radius) != p:
+        return {}
+    reach = {v: Fraction(float(radius / leading[v]) ** (1 / n) * 1.000001) for v, n in tops.items()}
+    return {v: (middle[v] - reach[v], middle[v] + reach[v]) for v in tops}
 
 
 def _power_of_two(x: Fraction) -> Fraction:

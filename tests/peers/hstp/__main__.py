@@ -1,0 +1,94 @@
+"""`python -m tests.peers.hstp`: what haverify says about each problem of this folder, as a table.
+
+--seconds N     for each problem, all told (default 60)
+--only TEXT     problems with the text in their file's name, several times
+--samples N     runs of each proved problem that are simulated in floats; none may leave the goal (default 1000)
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from time import monotonic
+
+from tests.peers.hstp.simulated import violations
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[2]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was said about a problem, in how many seconds; `again`: those of the re-check alone."""
+
+    name: str
+    verdict: str
+    trust: str
+    seconds: float
+    again: float = 0.0
+    wrong: int = 0
+
+
+def asked(path: Path, seconds: float, samples: int) -> Answer:
+    """One problem, decided in a process of its own, then re-checked in another."""
+    with tempfile.TemporaryDirectory() as work:
+        began = monotonic()
+        environment = {**os.environ, "HAVERIFY_CACHE": f"{work}/cache", "PYTHONPATH": str(ROOT / "verifier")}
+        called = [sys.executable, "-m", "haverify", "check", str(path), "--no-cache", "--report", f"{work}/report"]
+        try:
+            subprocess.run(called, env=environment, capture_output=True, check=False, timeout=seconds)
+        except subprocess.TimeoutExpired:
+            return Answer(path.stem, "unknown", "", monotonic() - began)
+        took = monotonic() - began
+        report = Path(work, "report", "report.json")
+        if not report.exists():
+            return Answer(path.stem, "fault", "", took)
+        claim = json.loads(report.read_text())["claims"][0]
+        began = monotonic()
+        subprocess.run(
+            [sys.executable, "-S", "-m", "hacheck", f"{work}/report"], env=environment, capture_output=True, check=False
+        )
+        again = monotonic() - began
+    wrong = violations(path, samples) if claim["verdict"] == "proved" and samples else 0
+    return Answer(path.stem, claim["verdict"], claim["trust"] or "", took, again, wrong)
+
+
+def main() -> int:
+    """Print the table and its last lines; the exit code is 1 where a simulated run contradicts a proof."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--only", action="append", default=[])
+    parser.add_argument("--samples", type=int, default=1000)
+    options = parser.parse_args()
+    paths = [p for p in sorted(HERE.glob("*.ha")) if not options.only or any(t in p.name for t in options.only)]
+    answers = []
+    for path in paths:
+        answers.append(asked(path, options.seconds, options.samples))
+        a = answers[-1]
+        told = f"   {a.wrong} SIMULATED RUNS VIOLATE IT" if a.wrong else ""
+        print(
+            f"{a.name:<10} {a.verdict:<9} {a.trust:<9} {a.seconds:7.1f} s   re-check {a.again:5.1f} s{told}", flush=True
+        )
+    closing(answers)
+    return 1 if any(a.wrong or a.verdict == "fault" for a in answers) else 0
+
+
+def closing(answers: list[Answer]) -> None:
+    """The counts, and the times."""
+    counts = {f"{a.verdict} {a.trust}".strip() for a in answers}
+    told = [f"{sum(f'{a.verdict} {a.trust}'.strip() == c for a in answers)} {c}" for c in sorted(counts)]
+    print(f"{len(answers)} problems: {', '.join(told)}")
+    if answers:
+        print(f"median {median(a.seconds for a in answers):.1f} s, all {sum(a.seconds for a in answers):.0f} s")
+        print(f"re-check of all {sum(a.again for a in answers):.0f} s")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,330 @@
+//! A set on its way along `x' = f(x)`: Taylor series in time over Taylor models of the initial set.
+//!
+//! Between steps the set is `{ p(z) + e : z in [-1, 1]^n, e in the errors at z }`. One step of length `h`:
+//! 1. `x_0 .. x_k`, the series in time from `p(z)`, as Taylor models in `z`;
+//! 2. an a-priori tube: for each `z`, a box `p(z) + M` that no solution from the set leaves before `h`. The series,
+//!    Lagrange's term over the tube and the moved errors must end up strictly inside `M`: then no first exit exists;
+//! 3. the series at `h` becomes the next `p`; all its error, moved errors included, the next errors.
+//!
+//! Soundness: solutions from `p(z) + e` and from `p(z)` differ by `V e`, `V' = Df(x) V` for some `x` in the tube at
+//! `z`, because that tube is convex and holds both. A series of `V` in `h` has coefficients that are polynomials of
+//! the field's derivatives at the start, and for its last term at some state of the tube.
+
+use crate::errors::Errors;
+use crate::fault::Fault;
+use crate::flowpipe::Settings;
+use crate::interval::{Enclosure, Interval};
+use crate::matrix::Matrix;
+use crate::models::{Model, Space};
+use crate::series::{Ring, Tape};
+use crate::sets::Set;
+use crate::sweep::Sweep;
+use std::cell::RefCell;
+use std::ops::{Add, Mul};
+use std::sync::Arc;
+
+/// The order to which the transition of errors over a step is expanded, and its degree in the set variables.
+const VARIATION: usize = 4;
+const LINEAR: usize = 1;
+/// What a step may lose to a simple transition of errors, as a share of the error aimed at.
+const LOSS: f64 = 0.1;
+/// Terms of the series that are a smaller part of the tolerance than this may be kept as errors.
+const SHARE: f64 = 1e-3;
+/// How often an a-priori tube is tried for one length of step.
+const ATTEMPTS: usize = 4;
+
+/// What holds during a whole step: the last coefficient of the series, the slopes of the field, all states.
+pub(crate) struct Tube {
+    lagrange: Vec<Interval>,
+    slopes: Matrix,
+    pub(crate) states: Vec<Model>,
+    /// How the slopes alone move errors: to any instant of the step, and to its end.
+    along: Matrix,
+    across: Matrix,
+}
+
+/// One validated step: the series at its start, what holds during it, how errors move to its end.
+pub(crate) struct Step {
+    pub(crate) h: f64,
+    pub(crate) series: Vec<Vec<Model>>,
+    pub(crate) tube: Tube,
+    transition: Vec<Vec<Model>>,
+    /// Bounds of what the errors at its start are at any of its instants.
+    moved: Vec<f64>,
+}
+
+/// A set on its way along a field.
+pub(crate) struct Flow<'a> {
+    field: &'a Tape,
+    settings: &'a Settings,
+    pub(crate) space: Space,
+    /// The space of what errors and tubes need.
+    pub(crate) linear: Space,
+    centre: Vec<Model>,
+    errors: Errors,
+    sweeps: RefCell<Sweeps>,
+}
+
+/// Room for the series that a step computes: of the set, over a tube, and of its start with errors.
+struct Sweeps {
+    series: Sweep,
+    tube: Sweep,
+    start: Sweep,
+    /// How far errors and the last term went in the step before, where the next tube is looked for.
+    before: Option<(Matrix, Vec<f64>)>,
+}
+
+impl Step {
+    /// The series in time by variable: coefficients that are models of the set.
+    pub(crate) fn series(&self) -> &[Vec<Model>] {
+        &self.series
+    }
+
+    /// The coefficient of the term after the last of the series, at any instant of the step.
+    pub(crate) fn lagrange(&self, v: usize) -> Interval {
+        self.tube.lagrange[v]
+    }
+
+    /// Bounds of what the errors at the start of the step are at any instant of it.
+    pub(crate) fn moved(&self, v: usize) -> f64 {
+        self.moved[v]
+    }
+
+    pub(crate) fn order(&self) -> usize {
+        self.series[0].len() - 1
+    }
+}
+
+impl<'a> Flow<'a> {
+    /// From the polynomials of a set; their radii are errors.
+    pub(crate) fn new(field: &'a Tape, start: Set, settings: &'a Settings) -> Flow<'a> {
+        let Set { space, models } = start;
+        let linear = Space::new(space.variables, LINEAR);
+        let radii: Vec<f64> = models.iter().map(|m| m.radius).collect();
+        let centre = models.iter().map(|m| space.polynomial(m)).collect();
+        let errors = Errors::of_box(&linear, &radii);
+        let (whole, low) = (Arc::new(space.clone()), Arc::new(linear.clone()));
+        let sweeps = RefCell::new(Sweeps {
+            series: Sweep::new(&whole, field, settings.order, None),
+            tube: Sweep::new(&low, field, settings.order.max(VARIATION) + 1, Some(VARIATION + 1)),
+            start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
+            before: None,
+        });
+        Flow { field, settings, space, linear, centre, errors, sweeps }
+    }
+
+    /// A step of at most `wanted`, and the length to try next.
+    pub(crate) fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
+        let Settings { order, tolerance, .. } = *self.settings;
+        // What is left before the horizon may be shorter than any step should be.
+        let least_step = self.settings.least_step.min(wanted);
+        let series = self.series(wanted)?;
+        let known: Vec<Vec<Interval>> =
+            (0..series.len()).map(|v| self.known(v, &series[v])).collect::<Result<_, _>>()?;
+        let (mut h, mut growth) = (wanted, 1.5);
+        while h >= least_step {
+            let Ok(tube) = self.tube(&known, h) else {
+                h *= if growth > 1.0 { 0.7 } else { 0.5 };
+                growth = 1.0;
+                continue;
+            };
+            let last = tube.lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
+            let factor = 0.9 * (tolerance / last).powf(1.0 / (order + 1) as f64);
+            if factor < 0.6 && h > 2.0 * least_step {
+                h *= factor.max(0.2);
+                continue;
+            }
+            let transition = self.transition(&tube, &tube.across, h)?;
+            let moved = tube.along.bounds(&self.errors.radii(self.centre.len()));
+            return Ok((
+                Step { h, series, tube, transition, moved },
+                (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
+            ));
+        }
+        Err(Fault::Step)
+    }
+
+    /// A tube that no solution from the set leaves before `h`.
+    fn tube(&self, series: &[Vec<Interval>], h: f64) -> Result<Tube, Fault> {
+        let order = self.settings.order;
+        let span = Interval::new(0.0, h)?;
+        let power = span.powi(order as i32 + 1)?;
+        let errors = self.errors.radii(series.len());
+        let motion: Vec<Interval> =
+            series.iter().map(|r| horner(&r[1..], span)?.mul(span)).collect::<Result<_, _>>()?;
+        let mut added = self.guess(&motion, &errors, power)?;
+        for _ in 0..ATTEMPTS {
+            let states = self.around(&added)?;
+            let (lagrange, slopes) = self.swept(&states)?;
+            let [along, across] = slopes.transitions([span, Interval::exactly(h)?])?;
+            let moved = along.bounds(&errors);
+            let mut landed = Vec::with_capacity(motion.len());
+            for v in 0..motion.len() {
+                landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
+            }
+            if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
+                let far = lagrange.iter().map(|l| l.norm()).collect();
+                self.sweeps.borrow_mut().before = Some((along.clone(), far));
+                return Ok(Tube { lagrange, slopes, states: self.around(&landed)?, along, across });
+            }
+            let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
+            added = wider.collect::<Result<_, _>>()?;
+        }
+        Err(Fault::Step)
+    }
+
+    /// Where a tube may be: around the motion of the series, with room for errors and the last term.
+    fn guess(&self, motion: &[Interval], errors: &[f64], power: Interval) -> Result<Vec<Interval>, Fault> {
+        let sweeps = self.sweeps.borrow();
+        let room: Vec<f64> = match &sweeps.before {
+            Some((along, lagrange)) => {
+                let moved = along.bounds(errors);
+                moved.iter().zip(lagrange).map(|(e, l)| 1.2 * e + 1.5 * l * power.high()).collect()
+            }
+            None => errors.iter().map(|e| 2.0 * e).collect(),
+        };
+        motion.iter().zip(&room).map(|(m, r)| inflated(m.add(Interval::symmetric(*r)?)?, 0.01)).collect()
+    }
+
+    /// The series from the set without its errors.
+    fn series(&self, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
+        let sweep = &mut self.sweeps.borrow_mut().series;
+        sweep.restart(&self.centre)?;
+        sweep.extend_for(self.settings.order, Some((h, SHARE * self.settings.tolerance)))?;
+        Ok((0..self.centre.len()).map(|v| sweep.series(v, self.settings.order)).collect())
+    }
+
+    /// Ranges of the coefficients of a state's series: the first terms decide how wide a tube has to be.
+    fn known(&self, v: usize, series: &[Model]) -> Result<Vec<Interval>, Fault> {
+        let sweep = &self.sweeps.borrow().series;
+        let range = |(k, m)| if k < 3 { self.space.range(m) } else { sweep.range(v, k) };
+        series.iter().enumerate().map(range).collect()
+    }
+
+    /// The coefficient after the last of the series, and the slopes of the field, from all states of a tube.
+    fn swept(&self, states: &[Model]) -> Result<(Vec<Interval>, Matrix), Fault> {
+        let (n, next) = (states.len(), self.settings.order + 1);
+        let sweep = &mut self.sweeps.borrow_mut().tube;
+        sweep.restart(states)?;
+        sweep.extend(next)?;
+        let lagrange = (0..n).map(|v| self.linear.range(&sweep.coefficient(v, next))).collect::<Result<_, _>>()?;
+        Ok((lagrange, Matrix::from_fn(n, |i, j| self.range_or_zero(sweep.rate_slope(i, j)?))?))
+    }
+
+    fn range_or_zero(&self, slope: Option<Model>) -> Enclosure {
+        slope.map_or(Ok(Interval::ZERO), |m| self.linear.range(&m))
+    }
+
+    /// The set at the start of the step without its errors, of low degree, a box added to each of its points.
+    fn around(&self, added: &[Interval]) -> Result<Vec<Model>, Fault> {
+        let low = |(m, x): (&Model, &Interval)| self.linear.shifted(&self.space.lowered(m, &self.linear)?, *x);
+        self.centre.iter().zip(added).map(low).collect()
+    }
+
+    /// How errors at the start of a step move to its end: what the slopes alone give, and where that would lose much,
+    /// the series of the transition, whose last term is taken over the tube.
+    fn transition(&self, tube: &Tube, coarse: &Matrix, h: f64) -> Result<Vec<Vec<Model>>, Fault> {
+        let n = self.centre.len();
+        let radii = self.errors.radii(n);
+        let lost = |i: usize| (0..n).map(|j| coarse.width(i, j) * radii[j]).sum::<f64>();
+        let is_costly = (0..n).map(lost).fold(0.0, f64::max) > LOSS * self.settings.tolerance;
+        let fine = if is_costly { Some(self.expanded(tube, h, &radii)?) } else { None };
+        let entry = |i: usize, j: usize| {
+            let simple = || Ok(self.linear.constant(coarse.entry(i, j)?));
+            let Some(fine) = fine.as_ref().map(|m| &m[i][j]) else { return simple() };
+            if self.linear.range(fine)?.width()? > coarse.width(i, j) {
+                return simple();
+            }
+            Ok(fine.clone())
+        };
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    }
+
+    /// The series of the transition, of degree one in the set variables.
+    fn expanded(&self, tube: &Tube, h: f64, radii: &[f64]) -> Result<Vec<Vec<Model>>, Fault> {
+        let n = self.centre.len();
+        let step = Interval::exactly(h)?;
+        let errors: Vec<Interval> = radii.iter().map(|&r| Interval::symmetric(r)).collect::<Result<_, _>>()?;
+        let Sweeps { start, tube: during, .. } = &mut *self.sweeps.borrow_mut();
+        start.restart(&self.around(&errors)?)?;
+        start.extend_slopes(VARIATION)?;
+        during.restart(&tube.states)?;
+        during.extend_slopes(VARIATION + 1)?;
+        let last = Matrix::from_fn(n, |i, j| self.range_or_zero(during.slope_of(i, j, VARIATION + 1)))?;
+        let rest = last.product(&tube.along).scaled(step.powi(VARIATION as i32 + 1)?);
+        let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
+        let entry = |i: usize, j: usize| {
+            let first: Vec<Model> = (0..=VARIATION).map_while(|k| start.slope_of(i, j, k)).collect();
+            let sum = self.linear.combination(&first, &powers)?;
+            self.linear.shifted(&sum, rest.entry(i, j)?)
+        };
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    }
+
+    /// The states at instants `t` of the step, as Taylor models with all errors in their radius.
+    pub(crate) fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
+        let order = self.settings.order;
+        let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
+        let last = t.powi(order as i32 + 1)?;
+        let state = |v: usize| {
+            let model = self.space.combination(&step.series[v], &powers)?;
+            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.moved[v])?)?)
+        };
+        (0..step.series.len()).map(state).collect()
+    }
+
+    pub(crate) fn settings(&self) -> &'a Settings {
+        self.settings
+    }
+
+    pub(crate) fn field(&self) -> &Tape {
+        self.field
+    }
+
+    /// The states at the start of the next step.
+    pub(crate) fn set(&self) -> Result<Set, Fault> {
+        let radii = self.errors.radii(self.centre.len());
+        let with = |(m, r): (&Model, f64)| Model { coefficients: m.coefficients.clone(), radius: r };
+        Ok(Set { space: self.space.clone(), models: self.centre.iter().zip(radii).map(with).collect() })
+    }
+
+    /// The first part of a step as a step of its own.
+    pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
+        let across = step.tube.slopes.transition(Interval::exactly(h)?)?;
+        let transition = self.transition(&step.tube, &across, h)?;
+        Ok(Step { h, transition, ..step })
+    }
+
+    /// Move the set to the end of the step.
+    pub(crate) fn land(&mut self, step: &Step) -> Result<(), Fault> {
+        let order = self.settings.order;
+        let h = Interval::exactly(step.h)?;
+        let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;
+        let last = h.powi(order as i32 + 1)?;
+        let (mut centre, mut radii) = (Vec::new(), Vec::new());
+        for (series, lagrange) in step.series.iter().zip(&step.tube.lagrange) {
+            let model = self.space.combination(series, &powers)?;
+            let model = self.space.shifted(&model, last.mul(*lagrange)?)?;
+            radii.push(model.radius);
+            centre.push(self.space.polynomial(&model));
+        }
+        self.errors = self.errors.moved(&self.linear, &step.transition, &radii)?;
+        self.centre = centre;
+        Ok(())
+    }
+}
+
+pub(crate) fn ranges(space: &Space, models: &[Model]) -> Result<Vec<Interval>, Fault> {
+    models.iter().map(|m| space.range(m)).collect()
+}
+
+/// The value of a polynomial with interval coefficients.
+fn horner(coefficients: &[Interval], t: Interval) -> Enclosure {
+    coefficients.iter().rev().try_fold(Interval::ZERO, |sum, c| sum.mul(t)?.add(*c))
+}
+
+/// The interval, widened on each side by a share of its width and a little more.
+fn inflated(x: Interval, share: f64) -> Enclosure {
+    let extra = x.width()? * share + x.norm() * 1e-12 + 1e-30;
+    x.add(Interval::symmetric(extra)?)
+}
