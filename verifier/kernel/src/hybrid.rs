@@ -197,7 +197,17 @@ pub fn reach(
     check(modes, start)?;
     let set = Set::of_box(&start.sides, settings.degree.max(1));
     let known = start.known.clone();
-    let first = Waiting { parent: None, mode: start.mode, set, jumps: 0, cuts: 0, is_certain: true, jump: None, known, sides: start.sides.clone() };
+    let first = Waiting {
+        parent: None,
+        mode: start.mode,
+        set,
+        jumps: 0,
+        cuts: 0,
+        is_certain: true,
+        jump: None,
+        known,
+        sides: start.sides.clone(),
+    };
     let waiting = VecDeque::from([first]);
     let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
     while let Some(next) = analysis.waiting.pop_front() {
@@ -257,7 +267,8 @@ impl<'a> Analysis<'a> {
         let stretch = bare(&from, End::Steps);
         let flow = Flow::new(&mode.field, from.set, self.settings);
         let number = self.found.len();
-        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known, sides: from.sides };
+        let mut walk =
+            Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known, sides: from.sides };
         match self.walked(&mut walk) {
             Ok(end) => walk.stretch.end = end,
             Err(fault) => walk.stretch.end = End::Stopped(fault),
@@ -447,7 +458,7 @@ impl<'a> Analysis<'a> {
                 is_certain: walk.stretch.is_certain,
                 jump: None,
                 known: Vec::new(),
-            sides: Vec::new(),
+                sides: Vec::new(),
             });
         }
         Ok(End::Cut)
