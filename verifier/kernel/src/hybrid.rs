@@ -100,11 +100,21 @@ pub struct Judgement {
 /// One step of a stretch: all instants and states in it, the quantities the mode watches.
 #[derive(Debug, Clone)]
 pub struct Segment {
+    /// For a second checker.
+    pub taken: Taken,
     pub time: Interval,
     pub states: Vec<Interval>,
     pub watched: Vec<Interval>,
     pub claim: Judgement,
     pub keeps_window: bool,
+}
+
+/// The polynomials of a step: its length, the exponents of their monomials, and the series in time of every variable.
+#[derive(Debug, Clone)]
+pub struct Taken {
+    pub h: f64,
+    pub exponents: Vec<Vec<u8>>,
+    pub series: Vec<Vec<Model>>,
 }
 
 /// The jump that begins a stretch.

@@ -3,7 +3,7 @@
 use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Step};
-use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch};
+use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
@@ -406,7 +406,9 @@ impl Walk<'_> {
         }
         let watched = look.watched.unwrap_or_default();
         let keeps_window = look.keeps_window;
-        self.stretch.segments.push(Segment { time, states: hull, watched, claim: look.claim, keeps_window });
+        let exponents = self.flow.space.exponents.clone();
+        let taken = Taken { h: step.h, exponents, series: step.series().to_vec() };
+        self.stretch.segments.push(Segment { taken, time, states: hull, watched, claim: look.claim, keeps_window });
         Ok(())
     }
 

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.analyses.flow_model import Box
+from haverify.analyses.flow_record import sides
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
 from haverify.analyses.hybrid.model import HybridModel, Start, listings
 from haverify.analyses.taylor_options import tuned
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
-from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, reach
+from haverify.solvers.kernel import Budget, ModeListing, Pair, RecordedStretch, Settings, Stretch, reach, reach_record
 from haverify.text.record import field, holder
 
 Q = Fraction
@@ -21,6 +22,7 @@ STRETCHES = 400
 CUTS = 6
 LOOKS = 32  # a step is at most this part of the horizon
 INSTANT = Q(1, 10**9)
+BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
 FAR = 100.0  # s; a longer horizon does not make steps longer
 
 
@@ -55,6 +57,15 @@ def follow(question: Question, start: Start, box: Box, until: str) -> list[Stret
     budget = Budget(asked.jumps - asked.last_jump, STRETCHES, CUTS)
     known = _known(question, start, box)
     return reach(question.modes, (start.mode, sides, known), horizon, until, _settings(question, box), budget)
+
+
+def follow_record(question: Question, start: Start, box: Box) -> list[RecordedStretch]:
+    """The polynomials of the same tree, a little beyond the horizon."""
+    horizon = Interval.at(max(question.asked.last, INSTANT) * (1 + BEYOND)).high
+    asked = question.asked
+    given = start.mode, sides(box), _known(question, start, box)
+    budget = Budget(asked.jumps - asked.last_jump, STRETCHES, 0)
+    return reach_record(question.modes, given, horizon, _settings(question, box), budget)
 
 
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
