@@ -163,7 +163,7 @@ class Question:
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
         if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
-            from hacheck.records import shown_along
+            from hacheck.along import shown_along
 
             return shown_along(self, entry)
         raise Beyond(f"a goal `{aim!s:.20}` shown in this way")

@@ -174,7 +174,6 @@ DAMAGES: list[Damage] = [
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damages_are_found(flowing: Callable[[str, str], Flowing], damage: Damage) -> None:
     made = flowing(DECAY, "within 1; always x >= 0.367")
-    made.shown()
     before = json.dumps([made.core, made.certificate, made.cells])
     damage(made)
     assert before != json.dumps([made.core, made.certificate, made.cells])
@@ -230,8 +229,10 @@ def end_enclosures(made: Flowing) -> list[tuple[str, tuple[float, float]]]:
 
     core = Core(made.core)
     scope = Scope(core, next(iter(core.automata.values())), False)
-    record = Record(scope, next(iter(scope.modes)), made.record)
+    record = Record(scope, made.record)
     box = {v: (Fraction(low), Fraction(high)) for v, (low, high) in made.record["starts"][0]["box"].items()}
-    last = list(record.tubes(box, made.steps, Fraction(1)))[-1]
-    ends = {v: bounds(widened(at_end(m), m.radius)) for v, m in last.states.items() if v in scope.types}
+    here, states = record.start(next(iter(scope.modes)), box), {}
+    for step in made.steps:
+        states, _, here = record.step(here, {}, step)
+    ends = {v: bounds(widened(at_end(m), m.radius)) for v, m in states.items() if v in scope.types}
     return [(v, (low / record.space.one, high / record.space.one)) for v, (low, high) in ends.items()]

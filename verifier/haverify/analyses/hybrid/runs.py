@@ -17,18 +17,21 @@ from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch
 Q = Fraction
 
 
-def by_a_run(question: Question) -> tuple[bool, Run | None]:
-    """Whether a start is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
-    has_start = False
+Point = tuple[Start, tuple[Q, ...]]
+
+
+def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
+    """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
+    admissible = None
     for start in question.model.starts:
         for point in _points(start.box):
             if not _is_admissible(question, start, point):
                 continue
-            has_start = True
+            admissible = admissible or (start, point)
             run = _run_from(question, start, point)
             if run is not None:
-                return True, run
-    return has_start, None
+                return admissible, run
+    return admissible, None
 
 
 def _points(box: Box) -> Iterator[tuple[Q, ...]]:

@@ -268,13 +268,13 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
 def _signs(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
     """Polynomials in sight, and those with `p' = c p`, by their signs and by bounds from starts and goal."""
     if not search.found:
-        search.found += [*shapes(search.system), *_darboux(search, (1, 2))]
+        search.found += [*shapes(search.system), *_darboux(search, (1, 2), 20)]
     _sign_all(search, search.found, levels)
 
 
 def _higher(search: Search) -> None:
-    """Polynomials of higher degrees with `p' = c p`."""
-    polys = [p for p in _darboux(search, (3, 4)) if p.total_degree() > 2]
+    """Polynomials of higher degrees with `p' = c p`, and what was missed of the lower ones."""
+    polys = [p for p in _darboux(search, (2, 3, 4), 60) if p not in search.found]
     search.found += polys
     _sign_all(search, polys, CHEAP)
 
@@ -295,14 +295,14 @@ def _sign_all(search: Search, polys: Sequence[Polynomial], levels: tuple[Level, 
             return
 
 
-def _darboux(search: Search, degrees: Sequence[int]) -> Iterator[Polynomial]:
+def _darboux(search: Search, degrees: Sequence[int], tries: int) -> Iterator[Polynomial]:
     """Polynomials with `p' = c p`, constants replaced as the cuts say."""
     values = _constant_values(search)
     field = {v: p.substitute(values) for v, p in search.system.field.items() if v not in values}
     seen: set[Polynomial] = set()
     for names in closures(field):
         for degree in degrees if len(names) <= 6 else ():
-            for p, _ in darboux_polynomials(field, names, degree, 20):
+            for p, _ in darboux_polynomials(field, names, degree, tries):
                 if p not in seen and -p not in seen and max(map(abs, p.whole.values())) < 10**4:
                     seen.add(p)
                     yield p
