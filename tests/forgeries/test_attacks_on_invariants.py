@@ -113,3 +113,16 @@ def test_an_analysis_does_not_think_so_either() -> None:
     for guard, word in (("true", "Unknown"), ("n < 3", "Proved")):
         found = decide_all(World(COUNTER.replace("GUARD", guard)).spec, ["q"])
         assert type(found["q"].verdict).__name__ == word
+
+
+FROZEN = """
+spec "s" version "1.0" unitless
+automaton A { var x; var y; init M where x == 0 and y == 0; mode M { terminal; flow { x' = 1 + 0 * y; y' = x * y } } }
+property p on A { always x >= time }
+invariant q on A: x >= time inductive
+"""
+
+
+def test_time_goes_on_where_a_run_is_frozen() -> None:
+    """A run may stop in a terminal mode at once (S12): x stays 0."""
+    assert {type(e.verdict).__name__ for e in decide_all(World(FROZEN).spec).values()} == {"Unknown"}

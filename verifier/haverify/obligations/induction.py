@@ -76,6 +76,8 @@ class Induction:
             self.field(m.name)
             self.aim(m.name)
             self.common(m.name)
+            if m.terminal and TIME in self.functions.support(names_of(self.aim(m.name))):  # S12: it may be frozen there
+                raise OutsideFragmentError(f"time in a claim about the terminal mode {m.name}")
         for k in range(len(a.edges)):
             self._check_types(k)
 

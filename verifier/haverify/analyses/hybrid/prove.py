@@ -15,6 +15,7 @@ from haverify.solvers.kernel import Stretch
 
 Q = Fraction
 PIECES = 128  # boxes looked at for one claim, at most
+STRETCHES = 1500  # of all their trees together
 
 
 def proved_by(question: Question) -> list[list[Stretch]] | None:
@@ -22,12 +23,14 @@ def proved_by(question: Question) -> list[list[Stretch]] | None:
     waiting = [(s, s.box) for s in question.model.starts]
     until = "met" if question.asked.kind == "reach" else "horizon"
     found: list[tuple[Box, list[Stretch]]] = []
+    stretches = 0
     while waiting:
         start, box = waiting.pop()
-        if question.pieces >= PIECES:
+        if question.pieces >= PIECES or stretches >= STRETCHES:
             return None
         question.pieces += 1
         tree = follow(question, start, box, until)
+        stretches += len(tree)
         question.shown = question.shown or [(box, tree)]
         trouble = next((s for s in tree if not _shows(question, s)), None)
         if trouble is None:

@@ -9,6 +9,7 @@ from haverify.analyses.flow_model import Box
 from haverify.analyses.flow_record import sides
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
 from haverify.analyses.hybrid.model import HybridModel, Start, listings
+from haverify.analyses.taylor_options import tuned
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
@@ -30,6 +31,7 @@ class Question:
     """A goal compiled for the kernel."""
 
     model: HybridModel
+    claim: Claim
     asked: Asked
     modes: list[ModeListing]
     # For each mode, the comparisons of the claim and of the window: quantity, sign, position among what is watched.
@@ -45,7 +47,7 @@ def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
     asked = asked_of(model, claim, goal)
     judged = judged_of(model, asked)
     compared: list[list[tuple[Expr, str, int]]] = []
-    return Question(model, asked, listings(model, judged, compared), compared)
+    return Question(model, claim, asked, listings(model, judged, compared), compared)
 
 
 def follow(question: Question, start: Start, box: Box, until: str) -> list[Stretch]:
@@ -113,4 +115,5 @@ def _settings(question: Question, box: Box) -> Settings:
     size = max([float(abs(end)) for ends in box for end in ends], default=1.0) or 1.0
     horizon = min(float(max(question.asked.last, INSTANT)), FAR)
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
-    return Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
+    return tuned(settings, question.claim, wide)
