@@ -1,4 +1,4 @@
-"""`method taylor(order = 8, degree = 3, tolerance = 1e-7, step = 50 ms)`: how finely flowpipes are computed.
+"""`method taylor(order = 8, degree = 3, tolerance = 1e-7, step = 50 ms, cuts = 2)`: how finely flowpipes are computed.
 
 What is left out is chosen by the analysis. None of it decides whether a verdict is true.
 """
@@ -17,7 +17,7 @@ from haverify.text.record import replace
 NAME = "taylor"
 _SECONDS = {"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "": Fraction(1)}
 _MOST_MONOMIALS = 3000
-_ALLOWED = "order (2 to 30), degree (1 to 8), tolerance (above 0), step (a time above 0)"
+_ALLOWED = "order (2 to 30), degree (1 to 8), tolerance (above 0), step (a time above 0), cuts (0 to 6)"
 
 
 def tuned(settings: Settings, claim: Claim, wide: int) -> Settings:
@@ -34,12 +34,25 @@ def tuned(settings: Settings, claim: Claim, wide: int) -> Settings:
         if name not in _READ:
             raise OutsideFragmentError(f"`method taylor` has no option `{name}`; it has {_ALLOWED}")
         field, read = _READ[name]
+        if field == "cuts":
+            continue
         changes[field] = _checked(name, value, read)
     if wide == 0:
         changes.pop("degree", None)
     if comb(wide + int(changes.get("degree", 1)), wide) > _MOST_MONOMIALS:
         raise OutsideFragmentError(f"polynomials of degree {changes['degree']} in {wide} variables are too large")
     return replace(settings, **changes)
+
+
+def cuts(claim: Claim) -> int:
+    """How often boxes of starts are halved before they are followed.
+
+    Raises
+    ------
+    OutsideFragmentError    if the claim's method says something else than a small number
+    """
+    given = dict(claim.method[1]) if claim.method is not None and claim.method[0] == NAME else {}
+    return int(_checked("cuts", given["cuts"], _READ["cuts"][1])) if "cuts" in given else 0
 
 
 def _checked(name: str, value: str, read: Callable[[str], float | None]) -> float:
@@ -66,5 +79,6 @@ _READ: dict[str, tuple[str, Callable[[str], float | None]]] = {
     "order": ("order", _whole(2, 30)),
     "degree": ("degree", _whole(1, 8)),
     "tolerance": ("tolerance", lambda text: _number(text, {"": Fraction(1)})),
+    "cuts": ("cuts", _whole(0, 6)),
     "step": ("longest", lambda text: _number(text, _SECONDS)),
 }

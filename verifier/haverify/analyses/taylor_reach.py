@@ -15,7 +15,7 @@ from typing import Any
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
 from haverify.analyses.flow_record import flow_json, halves, record_name
-from haverify.analyses.taylor_options import tuned
+from haverify.analyses.taylor_options import cuts, tuned
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.flowpipe import Stretch, flowpipe_json
@@ -31,7 +31,7 @@ from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.kernel import Listing, Pair, Pipe, Segment, Settings, Tape, enclosed, flowpipe
 from haverify.text.record import field as kept
-from haverify.text.record import holder, record
+from haverify.text.record import holder, record, replace
 
 Q = Fraction
 Json = Any
@@ -41,6 +41,7 @@ STEPS = 2000
 WORK = 24_000  # steps of all of them together; one in more than `FEW` variables counts as several
 FEW = 4
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
+FINER = 1e-3  # times the error aimed at, where the usual one did not do
 LOOKS = 64  # a step is at most this part of the horizon, so that what is watched is seen that closely
 UNLIMITED = (-1e300, 1e300)
 
@@ -80,6 +81,10 @@ class Question:
     reached: Q | None = None
     trouble: str = ""
     shown: list[tuple[Box, Pipe]] = kept(default_factory=list)
+    # Whether steps are finer than usual.
+    finer: bool = False
+    # The flowpipes of single starts.
+    points: dict[Box, Pipe] = kept(default_factory=dict)
 
 
 def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
@@ -293,6 +298,13 @@ def _holds(op: str, low: float, high: float) -> bool | None:
     return True if high <= 0 else False if low > 0 else None
 
 
+def _point(question: Question, start: Box) -> Pipe:
+    """The flowpipe of a single start."""
+    if start not in question.points:
+        question.points[start] = _pipe(question, start, _settings(question, start, is_point=True))
+    return question.points[start]
+
+
 def _pipe(question: Question, box: Box, settings: Settings) -> Pipe:
     horizon = Interval.at(max(question.asked.last, INSTANT))
     started = [_pair(low, high) for low, high in box]
@@ -312,7 +324,8 @@ def _settings(question: Question, box: Box, is_point: bool) -> Settings:
     horizon = float(max(question.asked.last, INSTANT))
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-7, STEPS, 4)
-    return tuned(settings, question.claim, wide)
+    settings = tuned(settings, question.claim, wide)
+    return replace(settings, tolerance=settings.tolerance * FINER) if question.finer else settings
 
 
 def _truths(question: Question, s: Segment) -> tuple[bool | None, bool | None, bool | None, bool | None]:
@@ -335,8 +348,30 @@ def _open(question: Question, pipe: Pipe) -> Segment | None:
 
 
 def _proved(question: Question) -> dict[Box, Pipe] | None:
-    """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed."""
-    waiting = list(question.model.boxes)
+    """Flowpipes from pieces that cover all starts, along which the condition holds; None if too many are needed.
+
+    What fails for whole boxes of starts is tried once more with finer steps before they are cut.
+    """
+    waiting = [p for box in question.model.boxes for p in _cut(box, cuts(question.claim))]
+    found = _shown_from(question, waiting[:], is_cut=False)
+    if found is None and question.work < WORK:
+        question.finer = True
+        found = _shown_from(question, waiting[:], is_cut=False)
+        question.finer = found is not None
+    found = found or _shown_from(question, waiting, is_cut=True)
+    if found is not None:
+        question.shown = list(found.items())
+    return found
+
+
+def _cut(box: Box, times: int) -> list[Box]:
+    """The pieces of a box that is halved some times."""
+    if times == 0 or all(low == high for low, high in box):
+        return [box]
+    return [piece for half in halves(box)[1:] for piece in _cut(half, times - 1)]
+
+
+def _shown_from(question: Question, waiting: list[Box], is_cut: bool) -> dict[Box, Pipe] | None:
     found: dict[Box, Pipe] = {}
     while waiting:
         box = waiting.pop()
@@ -351,10 +386,9 @@ def _proved(question: Question) -> dict[Box, Pipe] | None:
             found[box] = pipe
             continue
         _note(question, pipe, undecided)
-        if all(low == high for low, high in box):
+        if not is_cut or all(low == high for low, high in box):
             return None
         waiting += halves(box)[:0:-1]
-    question.shown = list(found.items())
     return found
 
 
@@ -386,7 +420,7 @@ def _points(box: Box) -> Iterator[tuple[Q, ...]]:
 def _violated_at(question: Question, point: Sequence[Q]) -> tuple[bool, Q | None]:
     """Whether a start is certainly admissible, and an instant at which its run certainly violates the claim."""
     box = tuple((q, q) for q in point)
-    pipe = _pipe(question, box, _settings(question, box, is_point=True))
+    pipe = _point(question, box)
     first, last = question.asked.first, question.asked.last
     for number, s in enumerate(pipe.segments):
         claim, window, domain, start = _truths(question, s)
@@ -437,7 +471,7 @@ def _margin(question: Question, proof: Sequence[Pipe]) -> Margin | None:
     if unit is None:
         return None
     start = tuple((q, q) for q in next(_points(question.model.boxes[0])))
-    run = _pipe(question, start, _settings(question, start, is_point=True))
+    run = _point(question, start)
     is_above = atom.op in (">", ">=")
     low, at = min(_distances(question, proof, is_above, 0 if is_above else 1))
     high, _ = min(_distances(question, [run], is_above, 1 if is_above else 0))
