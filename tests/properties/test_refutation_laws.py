@@ -96,7 +96,8 @@ class World:
             about = [what, name, *([r.randint(1, 4)] if what == "series" else [])] if name != "pi" else ["pi"]
             return ["fact", *about, self.proof(known + 1, depth - 1)]
         if kind == "psatz":
-            return ["psatz", [[str(r.randint(0, 2)), [index]]], [], [str(r.randint(1, 2)), [r.randrange(max(1, known))]]]
+            last = [str(r.randint(1, 2)), [r.randrange(max(1, known))]]
+            return ["psatz", [[str(r.randint(0, 2)), [index]]], [], last]
         return kind
 
 

@@ -5,6 +5,7 @@ from tests.unit.report.examples import PROVED, REFUTED, UNKNOWN, evidence, part
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.grant import Answer, grant
 from haverify.evidence.verdict import Proved, Trust, Unknown
+from haverify.text.record import replace
 
 ACCEPTED, REFUSED, BEYOND = Answer("accepted"), Answer("refused", "hash"), Answer("beyond")
 
@@ -41,3 +42,14 @@ def test_refused_leaves_nothing_decided() -> None:
 def test_unknown_stays_as_it_is() -> None:
     found = evidence(UNKNOWN, part("PS", UNKNOWN))
     assert grant(found, None, Trust.CHECKED) is found
+
+
+def test_an_invariant_that_is_not_checked_is_nothing() -> None:
+    shown = {"goals": [{}, {"kind": "invariant"}]}
+    found = replace(evidence(PROVED, part("PS", PROVED)), certificate=shown)
+    assert trust(grant(found, ACCEPTED, Trust.ENCLOSED)) is Trust.CHECKED
+    for grade in (Trust.ENCLOSED, Trust.SOLVER):
+        got = grant(found, Answer("beyond", "too much work"), grade)
+        assert isinstance(got.verdict, Unknown)
+        assert got.verdict.kind == "invariant"
+        assert all(isinstance(p.verdict, Unknown) for p in got.parts)

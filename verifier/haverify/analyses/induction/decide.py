@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.induction.counterexample import leaving, state_text
-from haverify.analyses.induction.invented import invent
+from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.prove import prove
 from haverify.analyses.induction.refutation import Start, at_once, by_run, starts
@@ -85,7 +85,7 @@ def _goal(
         refuted = _refuted(induction, known, number)
         if refuted is not None:
             return refuted
-        shown = _shown(induction)
+        shown = _shown(induction, shown)
     if not shown.is_proved():
         return _open(shown), {}, _parts(shown, number)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
@@ -123,11 +123,10 @@ def _quickly(induction: Induction) -> Shown:
     return next((s for s in shown if s.is_proved()), shown[-1])
 
 
-def _shown(induction: Induction) -> Shown:
-    """An invariant that was found, or a candidate with all proofs that programs find."""
-    found = None if induction.claim.inductive else _invented(induction)
-    if found is not None:
-        return found
+def _shown(induction: Induction, before: Shown) -> Shown:
+    """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
+    if not induction.claim.inductive and applies(induction):
+        return _invented(induction) or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 

@@ -21,18 +21,19 @@ class Invented:
     flow: Json
 
 
-def invent(induction: Induction, seconds: float) -> Invented | None:
-    """Cuts that hold at all starts, are kept and imply the goal, where the automaton has one mode and no edges.
+def applies(induction: Induction) -> bool:
+    """Whether an invariant is searched for: one mode, no edges, no functions (they would be taken for constant)."""
+    return len(induction.automaton.modes) == 1 and not induction.automaton.edges and not induction.functions.known
 
-    Flows with functions are not looked at: what the search does not know as moving it takes for constant.
-    """
-    modes = induction.automaton.modes
-    if len(modes) != 1 or induction.automaton.edges or induction.functions.known:
+
+def invent(induction: Induction, seconds: float) -> Invented | None:
+    """Cuts that hold at all starts, are kept and imply the goal."""
+    if not applies(induction):
         return None
     from haverify.analyses.synthesis.saturate import invent as saturate
     from haverify.analyses.synthesis.system import System
 
-    mode = modes[0].name
+    mode = induction.automaton.modes[0].name
     common = induction.common(mode)
     starts = tuple(induction.premises(*common, *induction.starts(line, m)) for line, m, _ in induction.lines())
     system = System(induction.premises(*common), starts, induction.aim(mode), induction.field(mode))
