@@ -126,3 +126,24 @@ invariant q on A: x >= time inductive
 def test_time_goes_on_where_a_run_is_frozen() -> None:
     """A run may stop in a terminal mode at once (S12): x stays 0."""
     assert {type(e.verdict).__name__ for e in decide_all(World(FROZEN).spec).values()} == {"Unknown"}
+
+
+UNDEFINED = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  init M where -1 <= x and x <= 1 and y == 0
+  mode M { flow { x' = -x; y' = x * y }; edge e: -> M when x > 5 }
+}
+property p on A { always 1 / x <= 100 or 1 / x >= -5 }
+property q on A { always 1 / x <= 100 }
+"""
+
+
+def test_nothing_is_violated_where_a_divisor_is_nought() -> None:
+    """The start x = 0 is no counterexample: nothing is evaluated to false there."""
+    world = World(UNDEFINED)
+    found = decide_all(world.spec)
+    assert type(found["p"].verdict).__name__ == "Unknown"
+    assert world.verdict("q", json.loads(canonical(found["q"].certificate))) == "refuted"

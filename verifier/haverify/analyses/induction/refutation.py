@@ -82,7 +82,7 @@ def at_once(induction: Induction) -> Start | None:
     names = [*names_of(induction), "time"]
     for line, mode, _ in induction.lines():
         windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
-        wrong = negation(induction.aim(mode))
+        wrong = induction.formula(Expr("not", (induction.condition,)), mode)  # where a divisor is 0 nothing is violated
         told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows, wrong)
         found = satisfying(told, names)
         if found is not None:
