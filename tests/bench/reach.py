@@ -18,7 +18,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "peers" / "nln"
 RUNS = 5
-LIMIT_S = 300  # of one process: what takes longer is reported as not finished
+LIMIT_S = 120  # of one process: what takes longer is reported as not finished
 
 Json = Any
 
@@ -31,7 +31,7 @@ def measured(spec: str) -> list[Json]:
     while len(found) < RUNS and sum(_total(f) for f in found) < LIMIT_S / 5:
         try:
             done = subprocess.run(command, env=environment, capture_output=True, check=True, timeout=LIMIT_S)
-        except subprocess.TimeoutExpired:
+        except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
             return found
         found.append(json.loads(done.stdout))
     return found
@@ -73,7 +73,7 @@ def report(instance: Json) -> None:
     """The lines of one problem: own, then those of the peers."""
     name, found = instance["spec"].removesuffix(".ha"), measured(instance["spec"])
     if not found:
-        line(name, "haverify", f"> {LIMIT_S}", "not finished")
+        line(name, "haverify", "-", f"failed, or > {LIMIT_S} s")
     else:
         _own(name, instance, found)
     is_decided = bool(found) and all(c["verdict"] != "unknown" for c in found[0]["claims"])

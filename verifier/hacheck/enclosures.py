@@ -133,6 +133,9 @@ class Space:
 
     def mul(self, a: Model, b: Model) -> Model:
         """The product."""
+        for x, y in ((a, b), (b, a)):
+            if not x.radius and x.parts.keys() <= {0} and x.parts.get(0, {}).keys() <= {0}:
+                return self.scaled(y, middle(x))
         out: dict[int, Terms] = defaultdict(lambda: defaultdict(int))
         right = [(j, *self._by_degree(terms), size(terms)) for j, terms in b.parts.items()]
         lost = norm(a) * b.radius + sum(r[3] for r in right) * a.radius
@@ -142,7 +145,7 @@ class Space:
                 if i + j > self.time:
                     lost += own * whole
                     continue
-                spend(1 + (len(terms) * len(upto[-1]) >> 3))
+                spend(3 + (len(terms) * len(upto[-1]) >> 1))
                 mine = out[i + j]
                 for k, c in terms.items():
                     left = self.degree - (k & 63)
@@ -153,9 +156,18 @@ class Space:
 
     def _by_degree(self, terms: Terms) -> tuple[list[list[tuple[Key, int]]], list[int]]:
         """For each degree the terms up to it, and the size of those beyond."""
-        upto = [[term for term in terms.items() if term[0] & 63 <= d] for d in range(self.degree + 1)]
-        whole = size(terms)
-        return upto, [whole - sum(abs(c) for _, c in some) for some in upto]
+        upto: list[list[tuple[Key, int]]] = [[] for _ in range(self.degree + 1)]
+        own, beyond = [0] * (self.degree + 1), size(terms)
+        for term in terms.items():
+            if term[0] & 63 <= self.degree:
+                upto[term[0] & 63].append(term)
+                own[term[0] & 63] += abs(term[1])
+        rest = []
+        for d in range(self.degree + 1):
+            upto[d] = upto[d - 1] + upto[d] if d else upto[d]
+            beyond -= own[d]
+            rest.append(beyond)
+        return upto, rest
 
     def _rounded(self, products: dict[int, Terms], lost: int) -> Model:
         """Products in units again; tiny terms are moved to the radius."""

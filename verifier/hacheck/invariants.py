@@ -10,7 +10,7 @@ from hacheck import bernstein
 from hacheck.cells import Model
 from hacheck.expressions import EVENTS, Case, Instant, nodes
 from hacheck.flows import Flow
-from hacheck.formula import Formula, conj, literal, negated, replace, variables
+from hacheck.formula import Formula, conj, disj, literal, negated, replace, variables
 from hacheck.functions import Functions
 from hacheck.obligations import canonical_hash, mentioned
 from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, constant, mul, scale, var
@@ -145,16 +145,24 @@ class Induction:
             yield literal("<=", add(var("time"), const(limit), -1))
         yield from (negated(at.formula(e, True)) for e in self.question.assume)
         yield from (at.formula(g["condition"]) for g in self.used)
-        yield from self.ranges(at)
+        yield from self.types(at)
+        yield from self.param_ranges({})
 
-    def ranges(self, at: Instant) -> Iterator[Formula]:
-        """Discrete variables have values of their types, params are in their ranges."""
+    def types(self, at: Instant) -> Iterator[Formula]:
+        """Discrete variables have values of their types."""
         for v in self.a["vars"]:
             if v["type"] != "real":
                 low, high = (const(number(e)) for e in self.scope.window(v))
                 value = at.env[v["name"]]
                 yield from (literal(">=", add(value, low, -1)), literal("<=", add(value, high, -1)))
-        yield from self.param_ranges({})
+
+    def keeps_types(self, before: Instant, after: Instant, *known: Formula) -> None:
+        """An edge gives discrete variables values of their types; else the analysis ends where it does not (S4)."""
+        landed = after.condition(self.scope.modes[str(after.mode)]["domain"], closed=True)
+        taken, kept = conj([*self.common(before), *known, landed]), conj(self.types(after))
+        shown = disj([negated(taken), kept])
+        if kept != conj(self.types(before)) and not bernstein.shown(shown, self.scope.chosen, self.scope.whole):
+            raise Beyond("an edge may give a discrete variable a value that its type does not have")
 
     def param_ranges(self, env: dict[str, Poly]) -> Iterator[Formula]:
         """Every param that is not one number is in its range."""
@@ -210,6 +218,7 @@ class Induction:
         before, after = self.scope.identity(edge["source"]), self.model.landing(k)
         guard = before.condition(edge["guard"], closed=edge["urgent"])
         chosen = self.model.given(self.model.sets(k), before, "'")
+        self.keeps_types(before, after, guard, chosen, self.formulas[edge["source"]])
         env = Env(after.env)
         target = replace(self.formulas[edge["target"]], lambda op, p: literal(op, self.functions.substitute(p, env)))
         refute(proof, self.premises(*self.common(before), guard, chosen, *self.common(after),

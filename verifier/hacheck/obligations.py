@@ -54,6 +54,7 @@ class Setting:
         seen = mentioned(core, automaton, {c["name"] for c in automaton["constants"]})
         self.hash = canonical_hash({"automaton": automaton, "constants": seen, **shared})
         self._cells: dict[str, Cells] = {}
+        self.records: dict[str, Any] = {}  # recorded flows by what they say
         self._starts: set[str] = set()
 
     def cells(self, name: str) -> Cells:
@@ -162,8 +163,10 @@ class Question:
             self.same(entry, "goal", "", "")
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
+        if kind == "flowpipe" and self.claim["inductive"]:
+            raise Beyond("flowpipes do not show that an invariant is inductive")
         if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
-            from hacheck.records import shown_along
+            from hacheck.along import shown_along
 
             return shown_along(self, entry)
         raise Beyond(f"a goal `{aim!s:.20}` shown in this way")

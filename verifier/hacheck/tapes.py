@@ -1,13 +1,13 @@
 """Expressions of one mode as a list of operations, their derivatives, their values over models, their truth.
 
-A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`. Dwelling only:
-nothing has just happened.
+A truth is True, False, ("and", f, ...), ("or", f, ...), or (op, place) for `value at place op 0`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any
 
 from hacheck import elementary
@@ -19,17 +19,23 @@ from hacheck.scope import Scope
 Json = Any
 Op = tuple[Any, ...]
 Truth = Any
+Known = Mapping[int, tuple[int | None, int | None]]  # bounds of the values at some places
+UNKNOWN: Known = MappingProxyType({})
 FUNCTIONS = {"sin", "cos", "tan", "exp", "log", "sqrt", "abs"}
 
 
 class Tape:
-    """Operations, each after those it uses; equal ones are one."""
+    """Operations, each after those it uses; equal ones are one.
 
-    def __init__(self, scope: Scope, mode: str) -> None:
-        self.scope, self.mode = scope, mode
+    They speak of an instant while dwelling in a mode, or of one just after an edge into it: then a variable x before
+    the jump has the name `pre x`.
+    """
+
+    def __init__(self, scope: Scope, mode: str, edge: Json = None) -> None:
+        self.scope, self.mode, self.edge, self.prefix = scope, mode, edge, ""
         self.ops: list[Op] = []
         self._known: dict[Op, int] = {}
-        self._values: dict[int, tuple[Json, int]] = {}
+        self._values: dict[tuple[int, str], tuple[Json, int]] = {}
         self._slopes: dict[tuple[int, str], int] = {}
         self._used: dict[tuple[int, ...], list[int]] = {}
 
@@ -46,9 +52,10 @@ class Tape:
 
     def value(self, e: Json) -> int:
         """The place of an expression's value."""
-        if id(e) not in self._values:
-            self._values[id(e)] = e, self._value(e)  # e is kept, so that its id is not given away
-        return self._values[id(e)][1]
+        key = id(e), self.prefix
+        if key not in self._values:
+            self._values[key] = e, self._value(e)  # e is kept, so that its id is not given away
+        return self._values[key][1]
 
     def _value(self, e: Json) -> int:
         if isinstance(e, str):
@@ -57,7 +64,7 @@ class Tape:
             raise Beyond("a truth where a number is needed")
         op, args = e[0], e[1:]
         if op in ("var", "param") and args[0] in (self.scope.types if op == "var" else self.scope.ranges):
-            return self.put("name", args[0])
+            return self.put("name", (self.prefix if op == "var" else "") + args[0])
         if op in ("time", "pi"):
             return self.put("name", op)
         if op == "const":
@@ -65,7 +72,7 @@ class Tape:
         if op == "let":
             return self.value(self.scope.let(self.mode, args[0])["expr"])
         if op == "pre":
-            return self.value(args[0])
+            return int(self._before(lambda: self.value(args[0])))
         if op == "scale":
             pi = self._power(self.put("name", "pi"), args[1])
             return self.put("*", self.put("*", self._number(number(args[0])), pi), self.value(args[2]))
@@ -76,9 +83,21 @@ class Tape:
             return self._power(self.value(args[0]), int(q))
         return self._operation(op, [self.value(a) for a in args])
 
+    def _before(self, found: Callable[[], Any]) -> Any:
+        """What is found for the instant before the jump, if one was just made."""
+        if self.edge is None or self.prefix:
+            return found()
+        mode, self.mode, self.prefix = self.mode, self.edge["source"], "pre "
+        try:
+            return found()
+        finally:
+            self.mode, self.prefix = mode, ""
+
     def _operation(self, op: str, args: list[int]) -> int:
         if op == "neg":
             return self.put("*", self._number(-1), args[0])
+        if op == "-" and self.ops[args[1]] == ("number", 0):
+            return args[0]
         if op == "-":
             return self.put("+", args[0], self._operation("neg", args[1:]))
         if op == "/":
@@ -128,10 +147,12 @@ class Tape:
             op = NEGATED[op] if neg else op
             place = self._operation("-", [self.value(a) for a in args])
             return (CLOSED.get(op, op) if closed else op, place) if (op, closed) != ("!=", True) else True
-        if op in ("at", "jump", "jumped"):
-            return (op == "at" and args[0] == self.mode) is not neg
+        if op == "at":
+            return (args[0] == self.mode) is not neg
+        if op in ("jump", "jumped"):
+            return (self.edge is not None and (op == "jumped" or args[0] == self.edge["name"])) is not neg
         if op == "pre":
-            return self.truth(args[0], neg, closed)
+            return self._before(lambda: self.truth(args[0], neg, closed))
         if op in ("let", "const"):
             found = self.scope.let(self.mode, args[0])["expr"] if op == "let" else self.scope.definition(args[0])
             return self.truth(found, neg, closed)
@@ -157,11 +178,12 @@ class Tape:
             found = [s for s in inner if s >= 0]
             return None if not found else found[0] if len(found) == 1 else self.put("+", *found)
         if op == "*":
-            found = [self._times(s, other) for s, other in zip(inner, reversed(args), strict=True) if s >= 0]
+            found = [self.times(s, other) for s, other in zip(inner, reversed(args), strict=True) if s >= 0]
             return None if not found else found[0] if len(found) == 1 else self.put("+", *found)
-        return None if inner[0] < 0 else self._times(inner[0], self._outer(op, args[0], i))
+        return None if inner[0] < 0 else self.times(inner[0], self._outer(op, args[0], i))
 
-    def _times(self, a: int, b: int) -> int:
+    def times(self, a: int, b: int) -> int:
+        """The place of a product."""
         one = self._number(1)
         return b if a == one else a if b == one else self.put("*", a, b)
 
@@ -188,6 +210,19 @@ class Tape:
                 waiting += new
             self._used[places] = sorted(found)
         return self._used[places]
+
+    def exactly(self, place: int, sides: Mapping[str, tuple[Fraction, Fraction]]) -> tuple[Fraction, Fraction] | None:
+        """The exact range of a sum of multiples of names over a box, by interval arithmetic; None for other forms."""
+        found: dict[int, tuple[Fraction, Fraction]] = {}
+        for i in self.used((place,)):
+            op, *args = self.ops[i]
+            if op == "number" or (op == "name" and args[0] in sides):
+                found[i] = (args[0], args[0]) if op == "number" else sides[args[0]]
+            elif op in ("+", "*") and all(a in found for a in args):
+                (a, b), (c, d) = (found[k] for k in args)
+                ends = (a + c, b + d) if op == "+" else (a * c, a * d, b * c, b * d)
+                found[i] = min(ends), max(ends)
+        return found.get(place)
 
     def values(self, places: Iterable[int], env: Mapping[str, Model], space: Space) -> dict[int, Model]:
         """The values of operations, and of all they need, over models of the variables, params and time."""
@@ -218,16 +253,17 @@ _FUNCTIONS = {
 }  # fmt: skip
 
 
-def holds(f: Truth, values: Mapping[int, Model]) -> bool | None:
-    """Is a condition true for all values, for none (False), or is neither known?"""
+def holds(f: Truth, values: Mapping[int, Model], known: Known = UNKNOWN) -> bool | None:
+    """Is a condition true for all values, for none (False), or is neither known? Some values have known bounds."""
     if isinstance(f, bool):
         return f
     if f[0] in ("and", "or"):
-        found = [holds(g, values) for g in f[1:]]
+        found = [holds(g, values, known) for g in f[1:]]
         decisive = f[0] == "or"
         return decisive if decisive in found else None if None in found else not decisive
     low, high = bounds(values[f[1]])
-    return _signs(f[0], low, high)
+    least, most = known.get(f[1], (None, None))
+    return _signs(f[0], low if least is None else max(low, least), high if most is None else min(high, most))
 
 
 def _signs(op: str, low: int, high: int) -> bool | None:
@@ -239,6 +275,19 @@ def _signs(op: str, low: int, high: int) -> bool | None:
     return True if high < 0 or (op == "<=" and high == 0) else False if low > 0 or (op == "<" and low == 0) else None
 
 
+def closed_bounds(f: Truth) -> dict[int, tuple[int | None, int | None]]:
+    """What a condition, read as closed, says of values by themselves."""
+    members = f[1:] if not isinstance(f, bool) and f[0] == "and" else (f,)
+    ends = {"<": (None, 0), "<=": (None, 0), ">": (0, None), ">=": (0, None), "==": (0, 0)}
+    return {g[1]: ends[g[0]] for g in members if not isinstance(g, bool) and g[0] in ends}
+
+
+def literals(f: Truth) -> Iterator[tuple[str, int]]:
+    """All comparisons of a condition with zero."""
+    if not isinstance(f, bool):
+        yield from (x for g in f[1:] for x in literals(g)) if f[0] in ("and", "or") else (f,)
+
+
 def places(f: Truth) -> list[int]:
     """The operations that a condition reads."""
-    return [] if isinstance(f, bool) else [p for g in f[1:] for p in places(g)] if f[0] in ("and", "or") else [f[1]]
+    return [place for _, place in literals(f)]

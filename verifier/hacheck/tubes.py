@@ -1,9 +1,9 @@
 """How far the solutions of `x' = f(x)` are from given polynomials: one step, without integrating again.
 
-With `x = P(t, z) + e`, t in [0, 1] over a step of length h, and `P' = h f(P) + d`: `e' = h J e - d`, where J is a mean
-of Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of `U' = h J U`;
-so `w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never leave it:
-there is no first instant at which they would.
+With `x = P(t, z) + e`, t in [0, 1] over a step of length h(z), and `P' = h f(P) + d`: `e' = h J e - d`, where J is a
+mean of Df between P and x. The error is written `e = U(t, z) w` with any invertible U, here near a solution of
+`U' = h J U`; so `w' = U^-1 ((h J U - U') w - d)`. If the w found from `|w| <= guess` stay inside the guess, they never
+leave it: there is no first instant at which they would.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Field:
         one = self.coarse.constant(self.coarse.one)
         return Front(centre, [[one if i == j else ZERO for j in range(len(radii))] for i in range(len(radii))], radii)
 
-    def step(self, start: Front, env: Mapping[str, Model], h: int) -> tuple[list[int], Front]:
+    def step(self, start: Front, env: Mapping[str, Model], h: Model) -> tuple[list[int], Front]:
         """Bounds of each variable's error along the polynomials in env, in a step from `start`; the set at its end."""
         defects, back = self._defects(env, h), self._back(start.frame)
         first = self._spread(back, defects)
@@ -67,19 +67,20 @@ class Field:
             room = [max(r, 2 * t) for r, t in zip(room, self._spread(frame, guess), strict=True)]
         raise Beyond("no bound of the errors of a recorded flow is found")
 
-    def _defects(self, env: Mapping[str, Model], h: int) -> list[int]:
+    def _defects(self, env: Mapping[str, Model], h: Model) -> list[int]:
         values = self.tape.values(self.rates, env, self.fine)
-        return [norm(add(slope(env[v]), self.fine.scaled(values[r], h), -1))
+        return [norm(add(slope(env[v]), self.fine.mul(values[r], h), -1))
                 for v, r in zip(self.names, self.rates, strict=True)]  # fmt: skip
 
-    def _slopes(self, env: Mapping[str, Model], room: list[int], h: int) -> Matrix:
+    def _slopes(self, env: Mapping[str, Model], room: list[int], h: Model) -> Matrix:
         """`h Df` over the polynomials with `room` around them, where the field is thereby defined."""
         wide = dict(zip(self.names, room, strict=True))
         space = self.coarse
         low = {v: widened(lowered(m, space.time, space.degree), wide.get(v, 0)) for v, m in env.items()}
         found = [p for row in self.slopes for p in row if p is not None]
         values = self.tape.values([*self.rates, *found], low, space)
-        return [[ZERO if p is None else space.scaled(values[p], h) for p in row] for row in self.slopes]
+        h = lowered(h, 0, space.degree)
+        return [[ZERO if p is None else space.mul(values[p], h) for p in row] for row in self.slopes]
 
     def _moved(self, frame: Matrix, slopes: Matrix) -> Matrix:
         """Near the solution of `U' = h Df U` that begins with the frame: its series, radii left out."""

@@ -51,3 +51,14 @@ def reach(
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
 ) -> list[StretchRow]: ...
+def reach_record(
+    modes: Sequence[ModeListing],
+    start: tuple[int, list[Pair], Comparisons],
+    horizon: float,
+    until: str,
+    order_degree_steps_depth: tuple[int, int, int, int],
+    tolerance_first_longest_least: tuple[float, float, float, float],
+    jumps_stretches_cuts: tuple[int, int, int],
+) -> list[
+    tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
+]: ...

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -26,38 +27,45 @@ ROOT = HERE.parents[2]
 
 @dataclass(frozen=True)
 class Answer:
-    """What was said about a problem, in how many seconds; `again`: those of the re-check alone."""
+    """What was said about a problem, in how many seconds by the clock and of CPU; `again`: the re-check alone (CPU)."""
 
     name: str
     verdict: str
     trust: str
     seconds: float
+    cpu: float
     again: float = 0.0
     wrong: int = 0
+
+
+def _cpu() -> float:
+    """The CPU seconds of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def asked(path: Path, seconds: float, samples: int) -> Answer:
     """One problem, decided in a process of its own, then re-checked in another."""
     with tempfile.TemporaryDirectory() as work:
-        began = monotonic()
+        began, before = monotonic(), _cpu()
         environment = {**os.environ, "HAVERIFY_CACHE": f"{work}/cache", "PYTHONPATH": str(ROOT / "verifier")}
         called = [sys.executable, "-m", "haverify", "check", str(path), "--no-cache", "--report", f"{work}/report"]
         try:
             subprocess.run(called, env=environment, capture_output=True, check=False, timeout=seconds)
         except subprocess.TimeoutExpired:
-            return Answer(path.stem, "unknown", "", monotonic() - began)
-        took = monotonic() - began
+            return Answer(path.stem, "unknown", "", monotonic() - began, _cpu() - before)
+        took, cpu = monotonic() - began, _cpu() - before
         report = Path(work, "report", "report.json")
         if not report.exists():
-            return Answer(path.stem, "fault", "", took)
+            return Answer(path.stem, "fault", "", took, cpu)
         claim = json.loads(report.read_text())["claims"][0]
-        began = monotonic()
+        before = _cpu()
         subprocess.run(
             [sys.executable, "-S", "-m", "hacheck", f"{work}/report"], env=environment, capture_output=True, check=False
         )
-        again = monotonic() - began
+        again = _cpu() - before
     wrong = violations(path, samples) if claim["verdict"] == "proved" and samples else 0
-    return Answer(path.stem, claim["verdict"], claim["trust"] or "", took, again, wrong)
+    return Answer(path.stem, claim["verdict"], claim["trust"] or "", took, cpu, again, wrong)
 
 
 def main() -> int:
@@ -86,8 +94,9 @@ def closing(answers: list[Answer]) -> None:
     told = [f"{sum(f'{a.verdict} {a.trust}'.strip() == c for a in answers)} {c}" for c in sorted(counts)]
     print(f"{len(answers)} problems: {', '.join(told)}")
     if answers:
-        print(f"median {median(a.seconds for a in answers):.1f} s, all {sum(a.seconds for a in answers):.0f} s")
-        print(f"re-check of all {sum(a.again for a in answers):.0f} s")
+        for name, times in (("clock", [a.seconds for a in answers]), ("CPU", [a.cpu for a in answers])):
+            print(f"{name}: median {median(times):.1f} s, all {sum(times):.0f} s")
+        print(f"re-check of all: CPU {sum(a.again for a in answers):.1f} s")
 
 
 if __name__ == "__main__":

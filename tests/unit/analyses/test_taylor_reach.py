@@ -145,3 +145,15 @@ def test_nothing_is_refuted_by_a_run_that_left_its_domain(decided: Decide) -> No
     text = "automaton A { var x; init R where x == 1; mode R { domain x <= 1.5; flow { x' = x } } }"
     found = decided(text, "property p on A { within 2; always x <= 2 }").verdict
     assert not isinstance(found, Refuted)
+
+
+def test_fifty_variables_are_followed(decided: Decide) -> None:
+    ring = """
+enum Place = 1..50
+automaton A {
+  var x for i in Place
+  init R where 0.9 <= x[1] <= 1 and (forall i in Place: i == 1 or x[i] == 1)
+  mode R { flow { x[i]' = sin(x[if i == 50 then 1 else i + 1]) - x[i] for i in Place } }
+}
+"""
+    assert isinstance(decided(ring, "property p on A { within 0.1; always x[1] <= 1.01 }").verdict, Proved)

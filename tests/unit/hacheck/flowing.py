@@ -8,6 +8,7 @@ from typing import Any
 
 from hacheck.core import Core
 from hacheck.obligations import Setting, established
+from haverify.analyses.hybrid.decide import decide_hybrid
 from haverify.analyses.taylor_reach import decide_flow
 from haverify.model.core import canonical, to_core
 from haverify.run.examine import read
@@ -16,7 +17,7 @@ Json = Any
 
 
 class Flowing:
-    """One claim on one automaton that follows a flow: its core, certificate and record, to be damaged and checked."""
+    """One claim on one automaton with flows: its core, certificate and record, to be damaged and checked."""
 
     def __init__(self, folder: Path, text: str) -> None:
         path = folder / "flow.ha"
@@ -24,7 +25,8 @@ class Flowing:
         spec = read(str(path))[0]
         assert spec is not None
         core = to_core(spec)
-        found = decide_flow(spec, spec.automata[0], spec.claims[0], core)
+        decide = decide_hybrid if spec.automata[0].edges else decide_flow
+        found = decide(spec, spec.automata[0], spec.claims[0], core)
         self.core: Json = json.loads(canonical(core))
         assert found.certificate is not None, found.verdict
         self.certificate: Json = json.loads(canonical(found.certificate))
@@ -41,6 +43,13 @@ class Flowing:
         """The steps of the only piece."""
         found: list[Json] = self.record["starts"][0]["pieces"]["steps"]
         return found
+
+    def after(self, count: int) -> Json:
+        """The stretch after some jumps, or the jump before it."""
+        node = self.record["starts"][0]["pieces"]
+        for _ in range(count):
+            node = node["jumps"][0]
+        return node
 
     @property
     def entry(self) -> Json:

@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 from tests.unit.hacheck.flowing import Flowing
 
+from hacheck.core import Core
+from hacheck.obligations import Setting, established
 from hacheck.rational import Refused
 
 Json = Any
@@ -174,7 +176,6 @@ DAMAGES: list[Damage] = [
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damages_are_found(flowing: Callable[[str, str], Flowing], damage: Damage) -> None:
     made = flowing(DECAY, "within 1; always x >= 0.367")
-    made.shown()
     before = json.dumps([made.core, made.certificate, made.cells])
     damage(made)
     assert before != json.dumps([made.core, made.certificate, made.cells])
@@ -223,15 +224,30 @@ def test_a_record_of_another_field_encloses_the_right_solutions(flowing: Callabl
 
 def end_enclosures(made: Flowing) -> list[tuple[str, tuple[float, float]]]:
     """The states of the last step, for the core as it is."""
-    from hacheck.core import Core
     from hacheck.enclosures import at_end, bounds, widened
     from hacheck.records import Record
     from hacheck.scope import Scope
 
     core = Core(made.core)
     scope = Scope(core, next(iter(core.automata.values())), False)
-    record = Record(scope, next(iter(scope.modes)), made.record)
+    record = Record(scope, made.record)
     box = {v: (Fraction(low), Fraction(high)) for v, (low, high) in made.record["starts"][0]["box"].items()}
-    last = list(record.tubes(box, made.steps, Fraction(1)))[-1]
-    ends = {v: bounds(widened(at_end(m), m.radius)) for v, m in last.states.items() if v in scope.types}
+    here, states = record.start(next(iter(scope.modes)), box), {}
+    for step in made.steps:
+        states, _, here = record.step(here, {}, step)
+    ends = {v: bounds(widened(at_end(m), m.radius)) for v, m in states.items() if v in scope.types}
     return [(v, (low / record.space.one, high / record.space.one)) for v, (low, high) in ends.items()]
+
+
+def test_equal_records_are_looked_at_once_and_each_claim_by_itself(tmp_path: Path) -> None:
+    """A run with other numbers but the same record is another run."""
+    made = Flowing(tmp_path, f"{DECAY}\nproperty p on A {{ within 1; always x >= 0.5 }}")
+    core = Core(made.core)
+    setting = Setting(core, next(iter(core.automata.values())), False, lambda name: json.loads(json.dumps(made.record)))
+    claim = next(iter(core.claims.values()))
+    assert established(core, claim, made.certificate, lambda _, rounding: setting)[0] == "refuted"
+    assert established(core, claim, made.certificate, lambda _, rounding: setting)[0] == "refuted"
+    made.entry["run"]["values"]["x"] = "2"
+    with pytest.raises(Refused):
+        established(core, claim, made.certificate, lambda _, rounding: setting)
+    assert len(setting.records) == 1

@@ -146,7 +146,7 @@ def test_values_of_any_size_can_be_drawn(checked: Checked, scale: float) -> None
 
 def test_the_page_stays_small(checked: Checked) -> None:
     facts, drawn_from = checked
-    steps = [[k, k + 1, k % 7, 10 + k % 5, k % 3, 10 + k % 11] for k in range(80)]
+    steps = [[k, k + 1, k % 7, 10 + k % 5, k % 3, 10 + k % 11] for k in range(33)]
     piece = {"mode": "Swing", "jumps": 0, "start": [[0, 1], [0, 1]], "steps": steps}
     value = {"names": ["angle", "rate"], "pieces": [piece] * 60}
     page = as_html(facts, Material(drawn_from.core, flowpipes={c.name: value for c in facts.claims}))

@@ -192,5 +192,13 @@ def test_numbers_are_exact_strings_with_decimals_beside() -> None:
 
 
 def test_a_margin_at_a_root_is_an_interval() -> None:
-    root = Margin(Fraction(1, 3), Fraction(2, 3), "deg")
-    assert margin(root) == report.Margin(["1/3", "2/3"], "0.5", "deg", "")
+    root = Margin(Fraction(4999, 10000), Fraction(5001, 10000), "deg")
+    assert margin(root) == report.Margin(["4999/10000", "5001/10000"], "0.5", "deg", "")
+
+
+def test_a_margin_that_is_known_roughly_is_told_as_what_it_is_at_least() -> None:
+    near = margin(Margin(Fraction(12345678, 10**7), Fraction(12345680, 10**7), "rad", "t = 1 s"))
+    rough = margin(Margin(Fraction(1, 1000), Fraction(5, 100), "rad", "t = 0 s"))
+    assert near is not None and near.decimal == "1.2345679"
+    assert rough is not None and rough.decimal == "0.001"
+    assert rough.value == ["1/1000", "1/20"]

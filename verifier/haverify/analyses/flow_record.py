@@ -20,9 +20,9 @@ Q = Fraction
 Json = Any
 DIGITS = 18  # of an integer in a certificate, at most
 PRECISION, COARSEST = 36, 8
-
-
+MOST = 1500  # coefficients of a step
 LOOKS = 16  # a recorded step is at most this part of the horizon
+Names = tuple[str, ...]
 
 
 def record_name(claim: str, goal: int) -> str:
@@ -36,47 +36,67 @@ def flow_json(
     """A file of recorded flows from boxes, each split in halves down to given pieces; None where it would not do."""
     longer = replace(settings, longest=float(until) / LOOKS)
     try:
-        found = {piece: _steps(field, piece, until, longer) for piece in pieces}
+        found = {piece: flow_record(field, sides(piece), Interval.at(until), longer) for piece in pieces}
     except Fault:
         return None
+    moving, names = len(model.automaton.vars), model.names
     monomials = next(iter(found.values()))[0]
-    most = max((abs(c) for _, s in found.values() for _, x in s for v in x for row in v for c in row), default=1.0)
-    bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
-    wide = [v for v, (low, high) in zip(model.names, pieces[0], strict=True) if _is_wide(low, high)]
-    if bits < COARSEST or any(len(m) != len(wide) for m in monomials):
+    bits = precision([step for _, steps in found.values() for step in steps])
+    if bits is None:
         return None
-    moving = len(model.automaton.vars)
     leaves = {piece: {"steps": list(_rows(s, moving, until, bits))} for piece, (_, s) in found.items()}
+    starts = [tree(names, box, leaves) for box in boxes]
+    return file_json(model.automaton.name, moving, bits, settings.order, set_of(names, pieces[0]), monomials, starts)
+
+
+def file_json(
+    automaton: str,
+    moving: int,
+    bits: int,
+    order: int,
+    varied: Sequence[str],
+    monomials: list[list[int]],
+    starts: list[Json],
+) -> Json | None:
+    """The file; None where its monomials are of other variables, or a step has more numbers than can be checked."""
+    if any(len(m) != len(varied) for m in monomials) or moving * order * len(monomials) > MOST:
+        return None
     return {
-        "schema": "haverify.flow/1", "automaton": model.automaton.name, "bits": bits, "order": settings.order,
-        "set": wide, "monomials": monomials,
-        "starts": [{"box": _ends(model, box), "pieces": _tree(model, box, leaves)} for box in boxes],
+        "schema": "haverify.flow/1", "automaton": automaton, "bits": bits, "order": order, "set": list(varied),
+        "monomials": monomials, "starts": starts,
     }  # fmt: skip
 
 
-def _steps(field: Listing, piece: Box, until: Q, settings: Settings) -> tuple[list[list[int]], list[Step]]:
-    pairs: list[Pair] = []
-    for low, high in piece:
-        x = Interval.between(low, high)
-        pairs.append((x.low, x.high))
-    return flow_record(field, pairs, Interval.at(until), settings)
+def sides(piece: Box) -> list[Pair]:
+    """Enclosures of the sides of a box."""
+    found = [Interval.between(low, high) for low, high in piece]
+    return [(x.low, x.high) for x in found]
 
 
-def _is_wide(low: Q, high: Q) -> bool:
-    """As the kernel sees it: what it takes for one number is no set variable."""
-    x = Interval.between(low, high)
-    return x.high - x.low > 1e-14 * max(abs(x.low), abs(x.high))
+def set_of(names: Names, piece: Box) -> list[str]:
+    """The set variables as the kernel sees them: what it takes for one number is none."""
+    pairs = zip(names, sides(piece), strict=True)
+    return [v for v, (low, high) in pairs if high - low > 1e-14 * max(abs(low), abs(high))]
 
 
-def _ends(model: FlowModel, box: Box) -> Json:
-    return {v: [rational_text(q) for q in ends] for v, ends in zip(model.names, box, strict=True)}
+def precision(steps: Sequence[Step]) -> int | None:
+    """How many bits behind the point coefficients may have; None where their numbers would be too long."""
+    most = max((abs(c) for _, x in steps for v in x for row in v for c in row), default=1.0)
+    bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
+    return bits if bits >= COARSEST else None
 
 
-def _tree(model: FlowModel, box: Box, leaves: dict[Box, Json]) -> Json:
+def tree(names: Names, box: Box, leaves: dict[Box, Json]) -> Json:
+    """A start of a file: a box and its pieces."""
+    ends = {v: [rational_text(q) for q in pair] for v, pair in zip(names, box, strict=True)}
+    return {"box": ends, "pieces": _pieces(names, box, leaves)}
+
+
+def _pieces(names: Names, box: Box, leaves: dict[Box, Json]) -> Json:
     if box in leaves:
         return leaves[box]
     v, low, high = halves(box)
-    return {"split": model.names[v], "low": _tree(model, low, leaves), "high": _tree(model, high, leaves)}
+    return {"split": names[v], "low": _pieces(names, low, leaves), "high": _pieces(names, high, leaves)}
 
 
 def halves(box: Box) -> tuple[int, Box, Box]:
@@ -89,26 +109,33 @@ def halves(box: Box) -> tuple[int, Box, Box]:
 
 
 def _rows(steps: Sequence[Step], moving: int, until: Q, bits: int) -> Iterator[Json]:
-    """Each step: its length, and coefficients of t from the first power on, t being 1 at its end."""
+    """The steps, whose lengths add up to the horizon at least."""
     last, time, exact = ceil(until * 2**bits), 0, Q(0)
     for number, (length, series) in enumerate(steps):
         exact += Q(length)
         end = round(exact * 2**bits)
         end = max(end, last) if number == len(steps) - 1 else end
-        h = end - time
-        if h > 0:
-            yield {"h": h, "x": [_polynomial(x, ldexp(h, -bits), bits) for x in series[:moving]]}
+        if end > time:
+            yield step_json(end - time, series[:moving], bits)
         time = end
 
 
-def _polynomial(series: list[list[float]], h: float, bits: int) -> list[list[int]]:
-    found = [_trimmed([round(ldexp(c * h**k, bits)) for c in row]) for k, row in enumerate(series) if k]
-    while found and not found[-1]:
-        found.pop()
-    return found
+def step_json(h: int, series: list[list[list[float]]], bits: int, pace: list[float] | None = None) -> Json:
+    """A step of h units: for each variable the coefficients of t from the first power on, t being 1 at its end.
+
+    With a pace, a polynomial of the set, that is how fast time passes: h times it is the step's length.
+    """
+    length = ldexp(h, -bits)
+    paths = [_trimmed([polynomial(row, length**k, bits) for k, row in enumerate(x)][1:]) for x in series]
+    return {"h": h if pace is None else polynomial(pace, length, bits), "x": paths}
 
 
-def _trimmed(row: list[int]) -> list[int]:
+def polynomial(row: list[float], factor: float, bits: int) -> list[int]:
+    """Coefficients in units."""
+    return _trimmed([round(ldexp(c * factor, bits)) for c in row])
+
+
+def _trimmed(row: list[Any]) -> list[Any]:
     while row and not row[-1]:
         row.pop()
     return row

@@ -23,7 +23,7 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, replace
 
 METHOD = "clocked"
-OURS = frozenset({"clocked", "poly_range", "poly-range", "exact"})
+OURS = frozenset({"clocked", "poly_range", "poly-range", "exact", "taylor"})
 MISSING = {
     "cycle": "`cycle through` needs a return map, which this version does not have",
     "holds": "`holds` beside goals about runs; write two properties",

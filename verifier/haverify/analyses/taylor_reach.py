@@ -15,6 +15,7 @@ from typing import Any
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, FlowModel, flow_model
 from haverify.analyses.flow_record import flow_json, halves, record_name
+from haverify.analyses.taylor_options import tuned
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.flowpipe import Stretch, flowpipe_json
@@ -38,7 +39,7 @@ METHOD = "taylor-reach"
 PIECES = 512  # boxes looked at for one claim, at most
 STEPS = 2000
 WORK = 24_000  # steps of all of them together; one in more than `FEW` variables counts as several
-FEW = 7
+FEW = 4
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 LOOKS = 64  # a step is at most this part of the horizon, so that what is watched is seen that closely
 UNLIMITED = (-1e300, 1e300)
@@ -68,6 +69,7 @@ class Question:
     """
 
     model: FlowModel
+    claim: Claim
     asked: Asked
     field: Listing
     watched: Listing
@@ -214,7 +216,7 @@ def _question(model: FlowModel, claim: Claim, goal: Goal) -> Question:
     limits += [UNLIMITED] * (len(atoms) - len(limits))
     for q in (asked.last, *(end for box in model.boxes for ends in box for end in ends)):
         enclosed(q)
-    return Question(model, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
+    return Question(model, claim, asked, flow.listing(rates), watch.listing(outputs), atoms, limits)
 
 
 def _asked(model: FlowModel, claim: Claim, goal: Goal) -> Asked:
@@ -309,7 +311,8 @@ def _settings(question: Question, box: Box, is_point: bool) -> Settings:
     size = max([float(abs(end)) for ends in box for end in ends], default=1.0) or 1.0
     horizon = float(max(question.asked.last, INSTANT))
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
-    return Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-7, STEPS, 4)
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-7, STEPS, 4)
+    return tuned(settings, question.claim, wide)
 
 
 def _truths(question: Question, s: Segment) -> tuple[bool | None, bool | None, bool | None, bool | None]:

@@ -57,7 +57,21 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_check, _lint, _accept, _fmt, _expand, _explain, _recheck, _gate, _plot, _repair, _init, _doctor):
+    for add in (
+        _check,
+        _lint,
+        _accept,
+        _fmt,
+        _expand,
+        _explain,
+        _recheck,
+        _gate,
+        _plot,
+        _repair,
+        _invent,
+        _init,
+        _doctor,
+    ):
         add(commands)
     return top
 
@@ -131,6 +145,13 @@ def _fmt(commands: _Commands[argparse.ArgumentParser]) -> None:
 def _expand(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = commands.add_parser("expand", help="print the desugared core, itself valid .ha")
     p.add_argument("file", metavar="FILE.ha", help="a spec")
+
+
+def _invent(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = commands.add_parser("invent", help="find an invariant that implies a claim, and print it as .ha")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
+    p.add_argument("-p", "--property", metavar="NAME", help="the claim (default: all that are `always`)")
+    p.add_argument("--seconds", type=float, default=40.0, metavar="N", help="CPU time for each claim (default 40)")
 
 
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -47,12 +47,12 @@ def _piece(s: Stretch, most: int) -> Json:
 
 def _fewer(s: Stretch, most: int) -> Iterator[tuple[Pair, list[Pair]]]:
     """Neighbouring steps joined, so that at most about `most` are left, none much longer than the others."""
-    first, last = s.steps[0][0][0], s.steps[-1][0][1]
+    first, last = s.steps[0][0][0], s.steps[-1][0][0]
     least = (last - first) / most
     group: list[tuple[Pair, Sequence[Pair]]] = []
     for step in s.steps:
         group.append(step)
-        if step[0][1] - group[0][0][0] >= least:
+        if step[0][0] - group[0][0][0] >= least or len(s.steps) <= most:
             yield _joined(group)
             group = []
     if group:
@@ -61,7 +61,7 @@ def _fewer(s: Stretch, most: int) -> Iterator[tuple[Pair, list[Pair]]]:
 
 def _joined(group: Sequence[tuple[Pair, Sequence[Pair]]]) -> tuple[Pair, list[Pair]]:
     boxes = [box for _, box in group]
-    time = group[0][0][0], group[-1][0][1]
+    time = _hull(t for t, _ in group)
     return time, [_hull(box[k] for box in boxes) for k in range(len(boxes[0]))]
 
 

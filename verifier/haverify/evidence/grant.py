@@ -21,17 +21,29 @@ def grant(evidence: Evidence, answer: Answer | None, grade: Trust) -> Evidence:
     """The evidence with its verdict granted: CHECKED where `hacheck` accepted, else as its kind earns, else unknown.
 
     Proved and refuted need a certificate that was accepted, or one beyond the checker (ENCLOSED), or none at all but
-    the word of a solver (SOLVER); below `grade` the verdict is `Unknown(grade)`. A refused certificate leaves nothing.
+    the word of a solver (SOLVER); below `grade` the verdict is `Unknown(grade)`. A refused certificate leaves nothing,
+    and so does an invariant beyond the checker: what looked for it encloses nothing, it proposes.
     """
     if isinstance(evidence.verdict, Unknown):
         return evidence
     if answer is not None and answer.word == "refused":
         return _withdrawn(evidence, Unknown("refused", f"hacheck refused the certificate: {answer.reason}"))
+    if answer is not None and answer.word == "beyond" and _is_by_invariant(evidence):
+        return _withdrawn(
+            evidence, Unknown("invariant", f"an invariant was found that is not checked: {answer.reason}")
+        )
     trust = _trust(evidence, answer)
     if trust < grade:
         return _withdrawn(evidence, _below(trust, grade))
     parts = tuple(replace(p, verdict=_with_trust(p.verdict, trust)) for p in evidence.parts)
-    return replace(evidence, verdict=_with_trust(evidence.verdict, trust), parts=parts)
+    notes = (f"not checked again: {answer.reason}",) if answer is not None and answer.word == "beyond" else ()
+    verdict = _with_trust(evidence.verdict, trust)
+    return replace(evidence, verdict=verdict, parts=parts, notes=(*evidence.notes, *notes))
+
+
+def _is_by_invariant(evidence: Evidence) -> bool:
+    """Whether a goal is shown by an invariant, which nobody but the checker looked at twice."""
+    return any(entry.get("kind") == "invariant" for entry in (evidence.certificate or {}).get("goals", ()))
 
 
 def _trust(evidence: Evidence, answer: Answer | None) -> Trust:

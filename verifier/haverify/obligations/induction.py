@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from math import prod
 
 from haverify.maths.bernstein import bounds
@@ -26,7 +27,7 @@ from haverify.text.record import field, holder, record
 
 Q = Fraction
 Invariant = Mapping[str, Formula]  # a formula for each mode
-TIME, ONE = "time", constant(1)
+TIME, ONE, MANY = "time", constant(1), 5000
 CLOSED = {"<": "<=", ">": ">="}
 
 
@@ -75,6 +76,34 @@ class Induction:
             self.field(m.name)
             self.aim(m.name)
             self.common(m.name)
+            if m.terminal and TIME in self.functions.support(names_of(self.aim(m.name))):  # S12: it may be frozen there
+                raise OutsideFragmentError(f"time in a claim about the terminal mode {m.name}")
+        for k in range(len(a.edges)):
+            self._check_types(k)
+
+    def _check_types(self, k: int) -> None:
+        """Raise OutsideFragmentError where edge k may give a discrete variable a value that its type does not have."""
+        edge = self.automaton.edges[k]
+        types = {v.name: self._type_range(v.type) for v in self.automaton.vars if v.type != "real"}
+        scope, resets = self.scope(edge.source), [a for a in edge.resets if a.var in types]
+        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent)
+        taken = conjunction([guard, *self.common(edge.source)]) if resets else False
+        for a in resets:
+            ends = [scope.polynomial(e) for e in ((a.to.low, a.to.high) if isinstance(a.to, Range) else (a.to,))]
+            low, high = types[a.var]
+            for values in self._values_of({*names_of(taken), *(v for p in ends for v in p.variables)}):
+                found = [self.functions.substitute(p, values).constant for p in ends]
+                is_kept = all(q is not None and low <= q <= high for q in found)
+                if not is_kept and mapped(taken, values, self.functions) is not False:
+                    raise OutsideFragmentError(f"edge {edge.name} may give {a.var} a value that its type does not have")
+
+    def _values_of(self, names: set[str]) -> Iterator[dict[str, Polynomial]]:
+        """All values that the discrete ones of some variables have together."""
+        ends = {v.name: self._type_range(v.type) for v in self.automaton.vars if v.type != "real" and v.name in names}
+        if prod(int(high - low) + 1 for low, high in ends.values()) > MANY:
+            raise OutsideFragmentError("the discrete variables have too many values together")
+        for point in product(*(range(int(low), int(high) + 1) for low, high in ends.values())):
+            yield {v: constant(n) for v, n in zip(ends, point, strict=True)}
 
     @cached_property
     def values(self) -> Values:

@@ -10,6 +10,7 @@ from haverify.maths.exact import people_text
 from haverify.report.report import Margin
 
 _LONG = 8000  # characters of a rational that is still read back
+_CLOSE = Fraction(1, 1000)  # relative width up to which an enclosure is told as one number
 _DIGITS = 10  # up to so many significant digits are written as they are; longer decimals are rounded
 
 
@@ -23,11 +24,15 @@ def decimal(q: Fraction) -> str:
 
 
 def margin(m: verdict.Margin | None) -> Margin | None:
-    """A margin as the report holds it: a rational, or the two ends of an enclosure."""
+    """A margin as the report holds it: a rational, or the two ends of an enclosure.
+
+    Its decimal is the middle of these where they nearly agree, else the lower one: the margin is no less.
+    """
     if m is None:
         return None
     value = rational_text(m.low) if m.low == m.high else [rational_text(m.low), rational_text(m.high)]
-    return Margin(value, decimal((m.low + m.high) / 2), m.unit, m.at)
+    is_close = m.high - m.low <= _CLOSE * max(abs(m.low), abs(m.high))
+    return Margin(value, decimal((m.low + m.high) / 2 if is_close else m.low), m.unit, m.at)
 
 
 def ends(m: Margin) -> tuple[Fraction, Fraction] | None:

@@ -333,6 +333,41 @@ def reach(
     return [_stretch(*row) for row in found]
 
 
+@record
+class RecordedStretch:
+    """The polynomials of a stretch: its parent, mode, the edge that led to it, how it ends, its steps.
+
+    Each step has the exponents of its monomials beside its length and coefficients.
+    """
+
+    parent: int | None
+    mode: int
+    edge: int | None
+    end: str
+    steps: list[tuple[list[list[int]], Step]]
+
+
+def reach_record(
+    modes: Sequence[ModeListing],
+    start: tuple[int, list[Pair], list[tuple[int, str]]],
+    horizon: float,
+    settings: Settings,
+    budget: Budget,
+) -> list[RecordedStretch]:
+    """The polynomials of the tree of stretches from a box in a mode up to a horizon, for a second checker.
+
+    Raises
+    ------
+    Fault               if the floating-point unit does not round to nearest, or the call is malformed
+    """
+    s = settings
+    found = _kernel.reach_record(
+        modes, start, horizon, "horizon", (s.order, s.degree, s.steps, s.depth),
+        (s.tolerance, s.first, s.longest, s.least), (budget.jumps, budget.stretches, budget.cuts),
+    )  # fmt: skip
+    return [RecordedStretch(*row) for row in found]
+
+
 def _stretch(
     parent: int | None,
     mode: int,

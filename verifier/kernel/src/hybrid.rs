@@ -100,11 +100,21 @@ pub struct Judgement {
 /// One step of a stretch: all instants and states in it, the quantities the mode watches.
 #[derive(Debug, Clone)]
 pub struct Segment {
+    /// For a second checker.
+    pub taken: Taken,
     pub time: Interval,
     pub states: Vec<Interval>,
     pub watched: Vec<Interval>,
     pub claim: Judgement,
     pub keeps_window: bool,
+}
+
+/// The polynomials of a step: its length, the exponents of their monomials, and the series in time of every variable.
+#[derive(Debug, Clone)]
+pub struct Taken {
+    pub h: f64,
+    pub exponents: Vec<Vec<u8>>,
+    pub series: Vec<Vec<Model>>,
 }
 
 /// The jump that begins a stretch.
@@ -155,6 +165,7 @@ struct Waiting {
     is_certain: bool,
     jump: Option<Jump>,
     known: Guard,
+    sides: Vec<Interval>,
 }
 
 /// A jump that was made, and where it led to.
@@ -196,7 +207,17 @@ pub fn reach(
     check(modes, start)?;
     let set = Set::of_box(&start.sides, settings.degree.max(1));
     let known = start.known.clone();
-    let first = Waiting { parent: None, mode: start.mode, set, jumps: 0, cuts: 0, is_certain: true, jump: None, known };
+    let first = Waiting {
+        parent: None,
+        mode: start.mode,
+        set,
+        jumps: 0,
+        cuts: 0,
+        is_certain: true,
+        jump: None,
+        known,
+        sides: start.sides.clone(),
+    };
     let waiting = VecDeque::from([first]);
     let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
     while let Some(next) = analysis.waiting.pop_front() {
@@ -256,7 +277,8 @@ impl<'a> Analysis<'a> {
         let stretch = bare(&from, End::Steps);
         let flow = Flow::new(&mode.field, from.set, self.settings);
         let number = self.found.len();
-        let mut walk = Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known };
+        let mut walk =
+            Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known, sides: from.sides };
         match self.walked(&mut walk) {
             Ok(end) => walk.stretch.end = end,
             Err(fault) => walk.stretch.end = End::Stopped(fault),
@@ -405,6 +427,7 @@ impl<'a> Analysis<'a> {
             is_certain: landing.is_certain && !landing.is_boxed && walk.stretch.is_certain,
             jump: Some(landing.jump),
             known: Vec::new(),
+            sides: Vec::new(),
         });
     }
 
@@ -445,6 +468,7 @@ impl<'a> Analysis<'a> {
                 is_certain: walk.stretch.is_certain,
                 jump: None,
                 known: Vec::new(),
+                sides: Vec::new(),
             });
         }
         Ok(End::Cut)

@@ -5,7 +5,7 @@ use crate::environment::guarded;
 use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
-use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Until};
+use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Taken, Until};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::ratio;
@@ -219,6 +219,48 @@ type Row = (Pair, f64, Vec<Pair>, Vec<Pair>);
 /// A recorded step as Python gets it: its length, and for each variable the coefficients in time, polynomials themselves.
 type RecordRow = (f64, Vec<Vec<Vec<f64>>>);
 
+/// Orders and steps, tolerance and lengths of steps, budgets, as Python gives them.
+type Limits = ((usize, usize, usize, u32), (f64, f64, f64, f64), (usize, usize, usize));
+
+/// The tree of stretches from a start, found without the interpreter's lock.
+fn tree(
+    py: Python<'_>,
+    modes: &[ModeListing],
+    start: &(usize, Vec<Pair>, Comparisons),
+    horizon: f64,
+    until: &str,
+    limits: Limits,
+) -> PyResult<Vec<Stretch>> {
+    let ((order, degree, steps, depth), (tolerance, first_step, longest_step, least_step), budget) = limits;
+    let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth };
+    let (jumps, stretches, cuts) = budget;
+    let analysis = || -> Result<Vec<Stretch>, Why> {
+        let until = match until {
+            "horizon" => Until::Horizon,
+            "met" => Until::Met,
+            "violated" => Until::Violated,
+            _ => return Err(Why::Unknown),
+        };
+        let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;
+        let budget = Budget { jumps, stretches, cuts };
+        let start = Start { mode: start.0, sides: intervals(&start.1)?, known: guard(&start.2)? };
+        follow(&given, &start, horizon, until, &settings, &budget)
+    };
+    py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))
+}
+
+/// A stretch as a second checker needs it: its parent, mode, the edge it begins with, how it ends, its steps with the
+/// exponents of their monomials.
+type RecordedStretch = (Option<usize>, usize, Option<usize>, String, Vec<(Vec<Vec<usize>>, RecordRow)>);
+
+fn recorded(s: &Stretch) -> RecordedStretch {
+    let wide = |e: &Vec<u8>| e.iter().map(|&p| usize::from(p)).collect();
+    let coefficients = |series: &Vec<Model>| series.iter().map(|m| m.coefficients.clone()).collect();
+    let row = |t: &Taken| (t.exponents.iter().map(wide).collect(), (t.h, t.series.iter().map(coefficients).collect()));
+    let (parent, mode, _, _, _, _, end) = stretch_row(s);
+    (parent, mode, s.jump.as_ref().map(|j| j.edge), end, s.segments.iter().map(|g| row(&g.taken)).collect())
+}
+
 #[pymodule]
 mod _kernel {
     use super::*;
@@ -329,24 +371,25 @@ mod _kernel {
         tolerance_first_longest_least: (f64, f64, f64, f64),
         jumps_stretches_cuts: (usize, usize, usize),
     ) -> PyResult<Vec<StretchRow>> {
-        let (order, degree, steps, depth) = order_degree_steps_depth;
-        let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
-        let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth };
-        let (jumps, stretches, cuts) = jumps_stretches_cuts;
-        let analysis = || -> Result<Vec<Stretch>, Why> {
-            let until = match until {
-                "horizon" => Until::Horizon,
-                "met" => Until::Met,
-                "violated" => Until::Violated,
-                _ => return Err(Why::Unknown),
-            };
-            let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;
-            let budget = Budget { jumps, stretches, cuts };
-            let start = Start { mode: start.0, sides: intervals(&start.1)?, known: guard(&start.2)? };
-            follow(&given, &start, horizon, until, &settings, &budget)
-        };
-        let found = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
-        Ok(found.iter().map(stretch_row).collect())
+        let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
+        Ok(tree(py, &modes, &start, horizon, until, limits)?.iter().map(stretch_row).collect())
+    }
+
+    /// The polynomials of the tree of stretches: for each its parent, mode, edge (as the mode lists them) and steps.
+    #[pyfunction]
+    #[allow(clippy::too_many_arguments)]
+    fn reach_record(
+        py: Python<'_>,
+        modes: Vec<ModeListing>,
+        start: (usize, Vec<Pair>, Comparisons),
+        horizon: f64,
+        until: &str,
+        order_degree_steps_depth: (usize, usize, usize, u32),
+        tolerance_first_longest_least: (f64, f64, f64, f64),
+        jumps_stretches_cuts: (usize, usize, usize),
+    ) -> PyResult<Vec<RecordedStretch>> {
+        let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
+        Ok(tree(py, &modes, &start, horizon, until, limits)?.iter().map(recorded).collect())
     }
 
     #[pyfunction]

@@ -3,7 +3,7 @@
 use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Step};
-use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch};
+use crate::hybrid::{Guard, Judgement, Mode, Segment, Stretch, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
@@ -22,8 +22,9 @@ pub(crate) struct Walk<'a> {
     pub(crate) cuts: usize,
     /// How often the pace of the flow was made a function of the set.
     pub(crate) paced: usize,
-    /// What holds exactly where the stretch starts.
+    /// What holds exactly where runs start, and the box they start in; nothing where the stretch is no start.
     pub(crate) known: Guard,
+    pub(crate) sides: Vec<Interval>,
 }
 
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
@@ -405,7 +406,9 @@ impl Walk<'_> {
         }
         let watched = look.watched.unwrap_or_default();
         let keeps_window = look.keeps_window;
-        self.stretch.segments.push(Segment { time, states: hull, watched, claim: look.claim, keeps_window });
+        let exponents = self.flow.space.exponents.clone();
+        let taken = Taken { h: step.h, exponents, series: step.series().to_vec() };
+        self.stretch.segments.push(Segment { taken, time, states: hull, watched, claim: look.claim, keeps_window });
         Ok(())
     }
 
@@ -420,7 +423,7 @@ impl Walk<'_> {
         let watched = self.watched(&states)?;
         // Where the domain holds nowhere there is no run to judge.
         let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
-        if part.0 == 0.0 && self.stretch.segments.is_empty() {
+        if part.0 == 0.0 && self.stretch.segments.is_empty() && !self.known.is_empty() {
             self.add_known(&states, &mut known);
         }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
@@ -447,6 +450,7 @@ impl Walk<'_> {
                 inside[v] = comparison.keep(inside[v]).unwrap_or(inside[v]);
             }
         }
+        self.keep_below_the_start(&mut inside);
         for &(at, comparison) in &self.known {
             let rate = interval_rate(&self.quantity(at), &self.mode.field, &inside);
             let goes_away = rate.is_ok_and(|rate| match comparison {
@@ -456,6 +460,20 @@ impl Walk<'_> {
             });
             if goes_away {
                 values[at] = comparison.keep(values[at]).unwrap_or(values[at]);
+            }
+        }
+    }
+}
+
+impl Walk<'_> {
+    /// Cut a box of states since the start where variables only fall, or only rise: twice, as one helps the other.
+    fn keep_below_the_start(&self, inside: &mut [Interval]) {
+        for _ in 0..2 {
+            let Ok(speeds) = values(&IntervalRing, &self.mode.field, inside) else { return };
+            for ((x, speed), side) in inside.iter_mut().zip(speeds).zip(&self.sides) {
+                let low = if speed.low() >= 0.0 { x.low().max(side.low()) } else { x.low() };
+                let high = if speed.high() <= 0.0 { x.high().min(side.high()) } else { x.high() };
+                *x = Interval::new(low, high).unwrap_or(*x);
             }
         }
     }

@@ -8,14 +8,17 @@ violate `P` refutes. Trust: `enclosed`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.flow_model import Box
-from haverify.analyses.hybrid.model import hybrid_model
+from haverify.analyses.flow_record import record_name
+from haverify.analyses.hybrid.model import Start, hybrid_model
 from haverify.analyses.hybrid.prove import margin, proved_by, undecided
 from haverify.analyses.hybrid.question import Question, pair, question_of
+from haverify.analyses.hybrid.recorded import tree_json
 from haverify.analyses.hybrid.runs import by_a_run
-from haverify.evidence.certificate import certificate, run_json
+from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.flowpipe import Stretch as Drawn
 from haverify.evidence.flowpipe import flowpipe_json
@@ -24,6 +27,7 @@ from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
+from haverify.obligations.constants import params_of
 from haverify.obligations.obligation import hashes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.kernel import Pair, Stretch
@@ -31,6 +35,8 @@ from haverify.text.record import record, replace
 
 Json = Any
 METHOD = "taylor-reach"
+Q = Fraction
+RECORDED = ("always", "can_reach")
 
 
 def decide_hybrid(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
@@ -56,23 +62,29 @@ def decide_hybrid(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Js
         return Evidence(verdict, parts, METHOD, flowpipe=shown)
     known = hashes(spec, automaton, core)
     entries = []
-    for goal, answer in zip(claim.goals, answers, strict=True):
+    cells: dict[str, Json] = {}
+    for number, (goal, answer) in enumerate(zip(claim.goals, answers, strict=True)):
         digest = known.part(known.goal(claim, goal), "flow", parts[0].where, "")
         entries.append({**answer.entry, "hash": digest} if answer.entry else {})
+        if answer.record is not None:
+            name = entries[-1]["flow"] = record_name(claim.name, number)
+            cells[name] = answer.record
     word = "proved" if isinstance(verdict, Proved) else "refuted"
     run = next((a.run for a in answers if a.run is not None), None)
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, entries, None), run=run, flowpipe=shown)
+    made = certificate(claim.name, word, entries, None)
+    return Evidence(verdict, parts, METHOD, made, cells, run=run, flowpipe=shown)
 
 
 @record
 class Answer:
-    """The verdict on one goal, the part in words, its entry in the certificate, the run that shows it."""
+    """The verdict on one goal, the part in words, its entry in the certificate, the run and the record that show it."""
 
     verdict: Verdict
     text: str = ""
     entry: Json = None
     run: Run | None = None
     drawing: Json = None
+    record: Json = None
 
 
 def _combined(verdicts: Sequence[Verdict]) -> Verdict:
@@ -92,22 +104,33 @@ def _answered(question: Question) -> Answer:
 def _decide(question: Question) -> Answer:
     """The verdict on one goal."""
     kind = question.asked.kind
-    has_start, run = by_a_run(question)
+    start, run = by_a_run(question)
     if run is not None:
         shown: Json = {"kind": "flow_run", "run": run_json(run)}
         if kind == "can_reach":
             return Answer(Proved(), "a run reaches it", shown, run)
         return Answer(Refuted(), "violated" if kind == "always" else "never met", shown, run)
-    if not has_start:
+    if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
     proof = proved_by(question)
     if proof is None:
         return Answer(undecided(question))
-    entry = {"kind": "flowpipe", "pieces": len(proof)}
+    entry = {"kind": "flowpipe", "start": _start_json(question, *start)}
+    record = tree_json(question, [box for box, _ in question.shown]) if kind in RECORDED else None
     if kind == "can_reach":
-        return Answer(Refuted(), "never reached", entry)
+        return Answer(Refuted(), "never reached", entry, record=record)
     text = "holds along every flowpipe" if kind == "always" else "met along every flowpipe"
-    return Answer(Proved(margin(question, proof)), text, entry)
+    return Answer(Proved(margin(question, proof)), text, entry, record=record)
+
+
+def _start_json(question: Question, start: Start, point: Sequence[Q]) -> Json:
+    """An admissible start; params that nothing reads have any value in their range."""
+    model = question.model
+    count = len(model.automaton.vars)
+    params = {p.name: model.values.interval(p.range)[0] for p in params_of(model.spec, model.automaton)}
+    known = dict(zip(model.names[count:-1], point[count:-1], strict=True))
+    values = dict(zip(model.names[:count], point[:count], strict=True))
+    return start_json(model.modes[start.mode].name, values, {**params, **known})
 
 
 def drawing(question: Question) -> Json:

@@ -159,7 +159,7 @@ def listings(
 ) -> list[ModeListing]:
     """The automaton as the kernel takes it, with what is to be judged.
 
-    `compared` is filled with the comparisons of each mode's claim and where their quantities are watched.
+    `compared` is filled with the comparisons of each mode's claim and the window, and where their quantities are.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def _mode(model: HybridModel, number: int, judged: Judged, compared: list[list[t
     domain = _closed(condition(residual(mode.domain, Situation(mode.name)), known))
     guard = [(watched.position(a.quantity), CLOSED[a.op]) for a in domain if a.op != "!="]
     claim, window = watched.words(judged.dwelling[number]), watched.words(judged.window)
-    claimed = list(_atoms(judged.dwelling[number]))
+    claimed = [*_atoms(judged.dwelling[number]), *_atoms(judged.window)]
     compared.append([(a.quantity, a.op, watched.position(a.quantity)) for a in claimed])
     edges = []
     for index, edge in enumerate(model.automaton.edges):

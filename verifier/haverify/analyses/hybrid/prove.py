@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import takewhile
 from math import floor
 
 from haverify.analyses.flow_model import Box
@@ -14,6 +15,7 @@ from haverify.solvers.kernel import Stretch
 
 Q = Fraction
 PIECES = 128  # boxes looked at for one claim, at most
+STRETCHES = 1500  # of all their trees together
 
 
 def proved_by(question: Question) -> list[list[Stretch]] | None:
@@ -21,12 +23,14 @@ def proved_by(question: Question) -> list[list[Stretch]] | None:
     waiting = [(s, s.box) for s in question.model.starts]
     until = "met" if question.asked.kind == "reach" else "horizon"
     found: list[tuple[Box, list[Stretch]]] = []
+    stretches = 0
     while waiting:
         start, box = waiting.pop()
-        if question.pieces >= PIECES:
+        if question.pieces >= PIECES or stretches >= STRETCHES:
             return None
         question.pieces += 1
         tree = follow(question, start, box, until)
+        stretches += len(tree)
         question.shown = question.shown or [(box, tree)]
         trouble = next((s for s in tree if not _shows(question, s)), None)
         if trouble is None:
@@ -44,16 +48,16 @@ def proved_by(question: Question) -> list[list[Stretch]] | None:
 def _shows(question: Question, s: Stretch) -> bool:
     """Whether a stretch leaves nothing open that its successors do not settle."""
     if question.asked.kind == "reach":
-        return _is_met(s) or s.end in ("jumped", "cut")
+        return _is_met(s) or (s.end in ("jumped", "cut") and all(g.keeps_window for g in s.stages))
     held = all(g.claim.holds and g.keeps_window for g in s.stages) and (s.jump is None or s.jump.claim.holds)
     last = "jumps" if question.asked.last_jump else "horizon"
     return held and (s.end in (last, "jumped", "cut") or (s.end == "left" and not question.asked.to_the_end))
 
 
 def _is_met(s: Stretch) -> bool:
-    return (s.jump is not None and s.jump.claim.met is not None) or any(
-        g.claim.met is not None and g.keeps_window for g in s.stages
-    )
+    """Whether all runs in the stretch meet the goal before they may leave the declared ranges (LANGUAGE S4)."""
+    followed = takewhile(lambda g: g.keeps_window, s.stages)
+    return (s.jump is not None and s.jump.claim.met is not None) or any(g.claim.met is not None for g in followed)
 
 
 def _note(question: Question, s: Stretch) -> None:

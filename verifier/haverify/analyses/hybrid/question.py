@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.analyses.flow_model import Box
+from haverify.analyses.flow_record import sides
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
 from haverify.analyses.hybrid.model import HybridModel, Start, listings
+from haverify.analyses.taylor_options import tuned
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
-from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, reach
+from haverify.solvers.kernel import Budget, ModeListing, Pair, RecordedStretch, Settings, Stretch, reach, reach_record
 from haverify.text.record import field, holder
 
 Q = Fraction
@@ -20,6 +22,7 @@ STRETCHES = 400
 CUTS = 6
 LOOKS = 32  # a step is at most this part of the horizon
 INSTANT = Q(1, 10**9)
+BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
 FAR = 100.0  # s; a longer horizon does not make steps longer
 
 
@@ -28,9 +31,10 @@ class Question:
     """A goal compiled for the kernel."""
 
     model: HybridModel
+    claim: Claim
     asked: Asked
     modes: list[ModeListing]
-    # For each mode, the comparisons of the claim: quantity, sign, position among what is watched.
+    # For each mode, the comparisons of the claim and of the window: quantity, sign, position among what is watched.
     compared: list[list[tuple[Expr, str, int]]]
     reached: float | None = None
     trouble: str = ""
@@ -43,7 +47,7 @@ def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
     asked = asked_of(model, claim, goal)
     judged = judged_of(model, asked)
     compared: list[list[tuple[Expr, str, int]]] = []
-    return Question(model, asked, listings(model, judged, compared), compared)
+    return Question(model, claim, asked, listings(model, judged, compared), compared)
 
 
 def follow(question: Question, start: Start, box: Box, until: str) -> list[Stretch]:
@@ -55,8 +59,17 @@ def follow(question: Question, start: Start, box: Box, until: str) -> list[Stret
     return reach(question.modes, (start.mode, sides, known), horizon, until, _settings(question, box), budget)
 
 
+def follow_record(question: Question, start: Start, box: Box) -> list[RecordedStretch]:
+    """The polynomials of the same tree, a little beyond the horizon."""
+    horizon = Interval.at(max(question.asked.last, INSTANT) * (1 + BEYOND)).high
+    asked = question.asked
+    given = start.mode, sides(box), _known(question, start, box)
+    budget = Budget(asked.jumps - asked.last_jump, STRETCHES, 0)
+    return reach_record(question.modes, given, horizon, _settings(question, box), budget)
+
+
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
-    """The comparisons that the claim makes in a mode and that hold on a box of starts exactly."""
+    """The comparisons of the claim and the window in a mode that hold on a box of starts exactly."""
     model = question.model
     sides = dict(zip(model.names, box, strict=True))
     found = []
@@ -102,4 +115,5 @@ def _settings(question: Question, box: Box) -> Settings:
     size = max([float(abs(end)) for ends in box for end in ends], default=1.0) or 1.0
     horizon = min(float(max(question.asked.last, INSTANT)), FAR)
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
-    return Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
+    return tuned(settings, question.claim, wide)

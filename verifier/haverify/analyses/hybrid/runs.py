@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import pairwise, product, takewhile
 
 from haverify.analyses.flow_model import Atom, Box, Condition, Every, Some, condition
 from haverify.analyses.hybrid.model import HybridModel, Start, Watched
@@ -17,18 +17,21 @@ from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch
 Q = Fraction
 
 
-def by_a_run(question: Question) -> tuple[bool, Run | None]:
-    """Whether a start is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
-    has_start = False
+Point = tuple[Start, tuple[Q, ...]]
+
+
+def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
+    """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
+    admissible = None
     for start in question.model.starts:
         for point in _points(start.box):
             if not _is_admissible(question, start, point):
                 continue
-            has_start = True
+            admissible = admissible or (start, point)
             run = _run_from(question, start, point)
             if run is not None:
-                return True, run
-    return has_start, None
+                return admissible, run
+    return admissible, None
 
 
 def _points(box: Box) -> Iterator[tuple[Q, ...]]:
@@ -82,13 +85,24 @@ def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | Non
     question.shown = [(box, tree)]
     for number, s in enumerate(tree):
         when = s.jump.claim.violated if s.jump is not None else None
+        if not _is_followed(tree, s.parent):
+            continue
         if when is not None:
             return _run(question, start, point, tree, number, when, is_landing=True)
-        for g in s.stages:
+        for g in takewhile(lambda g: g.keeps_window or g.claim.violated is not None, s.stages):
             if g.claim.violated is not None:
                 return _run(question, start, point, tree, number, g.claim.violated, is_landing=False)
     question.shown = []
     return None
+
+
+def _is_followed(tree: Sequence[Stretch], number: int | None) -> bool:
+    """Whether runs stay in the declared ranges to the end of a stretch: they are followed no farther (S4)."""
+    while number is not None:
+        if not all(g.keeps_window for g in tree[number].stages):
+            return False
+        number = tree[number].parent
+    return True
 
 
 def _never_met(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:

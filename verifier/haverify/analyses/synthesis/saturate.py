@@ -28,7 +28,7 @@ from haverify.obligations.formula import Formula, Literal, literals, negation, v
 from haverify.obligations.premises import Premises, members, whole
 from haverify.solvers.positivity.levels import HIGHER, MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES, Level
 from haverify.solvers.positivity.refute import Effort, is_absurd, refute
-from haverify.text.record import field, holder
+from haverify.text.record import field, holder, replace
 
 CHEAP: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 MEDIUM: tuple[Level, ...] = (NUMBERS, SQUARES, PAIRS)
@@ -108,21 +108,28 @@ class Search:
         return not self.linked(self.open).isdisjoint(q.polynomial.variables)
 
     def linked(self, parts: Sequence[Formula]) -> set[str]:
-        """The names of what is open, of their rates, and of what starts and domain say of these."""
-        names = {v for part in parts for v in variables(part)}
-        entries = [variables(e) for p in (self.system.common, *self.system.starts) for e in p.entries]
-        entries += [{v, *p.variables} for v, p in self.system.field.items()]
-        for _ in entries:
-            more = {v for e in entries if e & names for v in e}
-            if more <= names:
-                break
-            names |= more
-        return names
+        """The names that unsafe states are linked with."""
+        return linked_names(self.system, parts)
+
+
+def linked_names(system: System, parts: Sequence[Formula]) -> set[str]:
+    """The names of formulas, of the rates of these, and of what starts and domain say of them."""
+    names = {v for part in parts for v in variables(part)}
+    entries = [variables(e) for p in (system.common, *system.starts) for e in p.entries]
+    entries += [{v, *p.variables} for v, p in system.field.items()]
+    for _ in entries:
+        more = {v for e in entries if e & names for v in e}
+        if more <= names:
+            break
+        names |= more
+    return names
 
 
 def invent(system: System, seconds: float) -> list[Cut] | None:
     """Cuts that, with the common premises, imply the goal, each kept under those before it; None if not found."""
     unsafe = [negation(g) for g in members(system.goal, is_and=True)]
+    linked = linked_names(system, unsafe)
+    system = replace(system, field={v: p for v, p in system.field.items() if v in linked})
     search = Search(system, sample(system), process_time() + seconds, [], set(), [], unsafe)
     for stage, levels in STAGES:
         stage(search)
@@ -201,7 +208,8 @@ def _equations(search: Search) -> None:
     """Equations that hold at the starts: one by one, then all combinations that are kept together."""
     if len(search.system.starts) != 1:
         return
-    found = [e for e in search.system.starts[0].entries if isinstance(e, Literal) and e.op == "=="]
+    known = [e for e in search.system.starts[0].entries if isinstance(e, Literal)]
+    found = [e for e in known if e.op == "==" and search.is_relevant(e)]
     for q in found:
         search.attempt([q], CHEAP)
     kept = kept_together([q.polynomial for q in found], search.system.field)
@@ -268,13 +276,13 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
 def _signs(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
     """Polynomials in sight, and those with `p' = c p`, by their signs and by bounds from starts and goal."""
     if not search.found:
-        search.found += [*shapes(search.system), *_darboux(search, (1, 2))]
+        search.found += [*shapes(search.system), *_darboux(search, (1, 2), 20)]
     _sign_all(search, search.found, levels)
 
 
 def _higher(search: Search) -> None:
-    """Polynomials of higher degrees with `p' = c p`."""
-    polys = [p for p in _darboux(search, (3, 4)) if p.total_degree() > 2]
+    """Polynomials of higher degrees with `p' = c p`, and what was missed of the lower ones."""
+    polys = [p for p in _darboux(search, (2, 3, 4), 60) if p not in search.found]
     search.found += polys
     _sign_all(search, polys, CHEAP)
 
@@ -295,14 +303,14 @@ def _sign_all(search: Search, polys: Sequence[Polynomial], levels: tuple[Level, 
             return
 
 
-def _darboux(search: Search, degrees: Sequence[int]) -> Iterator[Polynomial]:
+def _darboux(search: Search, degrees: Sequence[int], tries: int) -> Iterator[Polynomial]:
     """Polynomials with `p' = c p`, constants replaced as the cuts say."""
     values = _constant_values(search)
     field = {v: p.substitute(values) for v, p in search.system.field.items() if v not in values}
     seen: set[Polynomial] = set()
     for names in closures(field):
         for degree in degrees if len(names) <= 6 else ():
-            for p, _ in darboux_polynomials(field, names, degree, 20):
+            for p, _ in darboux_polynomials(field, names, degree, tries):
                 if p not in seen and -p not in seen and max(map(abs, p.whole.values())) < 10**4:
                     seen.add(p)
                     yield p

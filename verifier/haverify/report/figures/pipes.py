@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import isfinite
+from math import inf, isfinite
 from statistics import median
 from typing import Any
 
@@ -13,7 +13,7 @@ from haverify.text.record import record
 
 Pair = tuple[float, float]
 
-_MOST = 5000  # steps of a file that is still drawn
+_MOST = 2000  # steps of a file that is still drawn
 _WIDE = 20.0  # a box so many times wider than most is cut off at the frame
 _COMPARED = ("<", "<=", ">", ">=", "==", "!=")
 
@@ -38,20 +38,16 @@ class Piece:
 
 @record
 class Pipe:
-    """All pieces, and the names of what their boxes are about."""
+    """All pieces, the names of what their boxes are about, the last instant to show."""
 
     names: tuple[str, ...]
     pieces: tuple[Piece, ...]
+    end: float
 
     @property
     def modes(self) -> list[str]:
         """The modes in the order in which they occur."""
         return list(dict.fromkeys(p.mode for p in self.pieces))
-
-    @property
-    def end(self) -> float:
-        """The last instant that is shown."""
-        return max(s.time[1] for p in self.pieces for s in p.steps)
 
     def range(self, name: str) -> Pair:
         """What a drawing of a variable should show: all boxes but those far wider than most."""
@@ -63,12 +59,16 @@ class Pipe:
 
 @record
 class Level:
-    """A value that a claim compares a variable with, and the instants at which it does (None: until the end)."""
+    """A value that a claim compares a variable with, and the instants at which it does (None: until the end).
+
+    `kind` is `jump` where it is a guard that compares.
+    """
 
     name: str
     value: float
-    first: float
-    last: float | None
+    first: float = 0.0
+    last: float | None = None
+    kind: str = "bound"
 
 
 def read(value: Json) -> Pipe:
@@ -83,7 +83,7 @@ def read(value: Json) -> Pipe:
     pieces = tuple(p for p in (_piece(names, p) for p in value["pieces"]) if p.steps)
     if not pieces or not names or sum(len(p.steps) for p in pieces) > _MOST:
         raise Undrawable
-    return Pipe(names, pieces)
+    return Pipe(names, pieces, max(s.time[1] for p in pieces for s in p.steps))
 
 
 def _piece(names: Sequence[str], value: Json) -> Piece:
@@ -114,6 +114,19 @@ def _of_goal(goal: Json, s: Scope) -> Iterator[Level]:
     first, last = (float(s.value(e)({})) for e in window) if window else (0.0, None)
     for name, value in _compared(goal.get("condition"), s):
         yield Level(name, value, first, last)
+
+
+def horizon(claim: Json, s: Scope) -> float:
+    """The last instant that a claim speaks of; infinite where it does not say."""
+    ends = [(claim.get("horizon") or {}).get("time"), *(g.get("within") for g in claim.get("goals", []))]
+    ends += [g["window"][1] for g in claim.get("goals", []) if g.get("window")]
+    known = [float(s.value(e)({})) for e in ends if e is not None]
+    return min((t for t in known if t > 0), default=inf)
+
+
+def compared(guard: Any, s: Scope) -> list[Level]:
+    """The values that a guard compares single variables with."""
+    return [Level(name, value, kind="jump") for name, value in _compared(guard, s)]
 
 
 def _compared(e: Any, s: Scope) -> Iterator[tuple[str, float]]:

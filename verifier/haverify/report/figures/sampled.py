@@ -25,7 +25,7 @@ def trails(s: Scope, piece: Piece) -> list[Trail]:
     """Runs from the middle and from some corners of a piece's start; none where the flow cannot be computed."""
     parts = max(1, _WORK // (_RUNS * 4 * max(1, len(s.rates)) * len(piece.steps)))
     found = []
-    for start in _starts(piece):
+    for start in starts(piece):
         own = with_params(s, {n: repr(x) for n, x in start.items() if n in s.params})
         try:
             rates = {n: own.value(rate) for n, rate in s.rates.items()}
@@ -35,7 +35,7 @@ def trails(s: Scope, piece: Piece) -> list[Trail]:
     return [t for t in found if t is not None]
 
 
-def _starts(piece: Piece) -> list[State]:
+def starts(piece: Piece) -> list[State]:
     """The middle, then corners: ends taken in turn, so that they lie far apart."""
     wide = [n for n, (low, high) in piece.start.items() if low < high]
     middle = {n: (low + high) / 2 for n, (low, high) in piece.start.items()}
@@ -49,7 +49,7 @@ def _trail(rates: dict[str, Value], start: State, piece: Piece, parts: int) -> T
         h = (step.time[1] - times[-1]) / parts
         for _ in range(parts):
             try:
-                states.append(_stepped(rates, states[-1], h))
+                states.append(stepped(rates, states[-1], h))
             except (ArithmeticError, ValueError, Undrawable):
                 return None
             times.append(times[-1] + h)
@@ -58,7 +58,7 @@ def _trail(rates: dict[str, Value], start: State, piece: Piece, parts: int) -> T
     return Trail(tuple(times), tuple(states))
 
 
-def _stepped(rates: dict[str, Value], state: State, h: float) -> State:
+def stepped(rates: dict[str, Value], state: State, h: float) -> State:
     """The classical method of order 4."""
     a = _slopes(rates, state)
     b = _slopes(rates, _moved(state, a, h / 2))

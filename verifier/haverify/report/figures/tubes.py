@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from math import hypot
 
 from haverify.report.figures import svg
@@ -23,7 +24,7 @@ def over_time(
     bottom = TOP + len(names) * (HEIGHT + GAP) - GAP
 
     def x(t: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * t / end
+        return LEFT + (WIDTH - LEFT - RIGHT) * min(t, end) / end
 
     parts = _legend(pipe)
     for k, name in enumerate(names):
@@ -53,7 +54,7 @@ def _panel(
     y = _scale(low, high, top + HEIGHT, top)
 
     def x(t: float) -> float:
-        return LEFT + (WIDTH - LEFT - RIGHT) * t / pipe.end
+        return LEFT + (WIDTH - LEFT - RIGHT) * min(t, pipe.end) / pipe.end
 
     parts = [svg.rect(LEFT, top, WIDTH - LEFT - RIGHT, HEIGHT, "frame"), svg.label(4, top - 8, said, "name")]
     for value in svg.ticks(low, high, 5):
@@ -66,7 +67,7 @@ def _panel(
         parts.append(svg.polyline(_thinned(points), "trail"))
     for level in levels:
         ends = x(level.first), x(pipe.end if level.last is None else min(level.last, pipe.end))
-        parts.append(svg.line((ends[0], y(level.value)), (max(ends[1], ends[0] + 4), y(level.value)), "bound"))
+        parts.append(svg.line((ends[0], y(level.value)), (max(ends[1], ends[0] + 4), y(level.value)), level.kind))
     return parts
 
 
@@ -92,7 +93,7 @@ def _scale(low: float, high: float, first: float, last: float) -> svg.Scale:
 
 def _area(p: Piece, name: str, x: svg.Scale, y: svg.Scale) -> list[str | float]:
     """The boxes of a variable over time as one area: its upper rim there, its lower rim back."""
-    steps = list(_coarser(p.steps, name, y))
+    steps = list(_coarser(rims(p.steps, name), y))
     d: list[str | float] = ["M", x(steps[0][0][0])]
     for k, (time, (_, high)) in enumerate(steps):
         d += [y(high)] if k == 0 else ["V", y(high)]
@@ -102,18 +103,31 @@ def _area(p: Piece, name: str, x: svg.Scale, y: svg.Scale) -> list[str | float]:
     return [*d, "Z"]
 
 
-def _coarser(steps: Sequence[Step], name: str, y: svg.Scale) -> Iterator[tuple[Pair, Pair]]:
-    """Neighbouring boxes joined where nobody would see the difference."""
-    (time, (low, high)) = steps[0].time, steps[0].box[name]
+def rims(steps: Sequence[Step], name: str) -> list[tuple[Pair, Pair]]:
+    """Stretches of time one after the other, each with the least range around all boxes that share it.
+
+    After a jump whose instant is known to lie in a range only, the instants of steps overlap.
+    """
+    ends = sorted({t for s in steps for t in s.time})
+    found = []
+    for time in pairwise(ends) if len(ends) > 1 else [(ends[0], ends[0])]:
+        boxes = [s.box[name] for s in steps if s.time[0] <= time[0] and time[1] <= s.time[1]]
+        if boxes:
+            found.append((time, (min(low for low, _ in boxes), max(high for _, high in boxes))))
+    return found
+
+
+def _coarser(steps: Sequence[tuple[Pair, Pair]], y: svg.Scale) -> Iterator[tuple[Pair, Pair]]:
+    """Neighbours joined where nobody would see the difference."""
+    (time, (low, high)) = steps[0]
     first = low, high
-    for s in steps[1:]:
-        a, b = s.box[name]
+    for (start, end), (a, b) in steps[1:]:
         near = all(abs(y(v) - y(w)) < _FINE for v, w in ((a, low), (b, high), (a, first[0]), (b, first[1])))
         if near:
-            time, low, high = (time[0], s.time[1]), min(low, a), max(high, b)
+            time, low, high = (time[0], end), min(low, a), max(high, b)
         else:
             yield time, (low, high)
-            time, low, high, first = s.time, a, b, (a, b)
+            time, low, high, first = (start, end), a, b, (a, b)
     yield time, (low, high)
 
 
@@ -154,8 +168,8 @@ def portrait(
         points = [(x(s[pair[0]]), y(s[pair[1]])) for s in run.states]
         parts.append(svg.polyline(_thinned(points), "trail"))
     parts += [_box(p.start, pair, x, y) for p in pipe.pieces if p.jumps == 0]
-    parts += [svg.line((x(v.value), TOP), (x(v.value), bottom), "bound") for v in levels[pair[0]]]
-    parts += [svg.line((LEFT, y(v.value)), (right, y(v.value)), "bound") for v in levels[pair[1]]]
+    parts += [svg.line((x(v.value), TOP), (x(v.value), bottom), v.kind) for v in levels[pair[0]]]
+    parts += [svg.line((LEFT, y(v.value)), (right, y(v.value)), v.kind) for v in levels[pair[1]]]
     parts.append(svg.label((LEFT + right) / 2, bottom + 34, said[pair[0]], "axis", "m"))
     return svg.drawing(WIDTH, bottom + FOOT, parts, f"{pair[1]} over {pair[0]}")
 

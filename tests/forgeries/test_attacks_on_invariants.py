@@ -1,0 +1,178 @@
+"""Certificates of invariants for what is false or not meant, and what the analyses make of such specs."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+from tests.unit.elaborate.texts import read
+
+from hacheck.core import Core
+from hacheck.invariants import Induction
+from hacheck.obligations import Question, Setting, canonical_hash, established
+from hacheck.rational import Meter, Refused, Unreadable
+from haverify.analyses.portfolio import decide_all
+from haverify.analyses.taylor_reach import decide_flow
+from haverify.evidence.verdict import Unknown
+from haverify.model.core import canonical, to_core
+
+Json = Any
+FAULTS = (Refused, Unreadable, KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError)
+
+
+class World:
+    """A spec's core, and certificates for its claims that are written by hand, their hashes right."""
+
+    def __init__(self, text: str, edit: Callable[[Json], None] = lambda _: None) -> None:
+        self.spec, _, _ = read(text.strip())
+        data = json.loads(canonical(to_core(self.spec)))
+        edit(data)
+        self.core, self.certificates, self._open = Core(data), dict[str, Json](), set[str]()
+
+    def lemma(self, name: str) -> Json:
+        """As the checker's own: a claim with a certificate that proves it, in no circle."""
+        if name in self._open or name not in self.certificates:
+            raise Refused("used in a circle, or without a certificate")
+        self._open.add(name)
+        try:
+            if self.verdict(name) != "proved":
+                raise Refused("used and not proved")
+        finally:
+            self._open.discard(name)
+        return self.core.claims[name]
+
+    def setting(self, automaton: Json, rounding: bool = False) -> Setting:
+        return Setting(self.core, automaton, rounding, lambda _: None, self.lemma)
+
+    def forge(self, name: str, modes: Json, proofs: Json, start: Json, using: Sequence[str] = ()) -> str:
+        """The verdict that the checker takes from these formulas and proofs (by kind and place, or kind; else "t")."""
+        claim = self.core.claims[name]
+        setting, goal = self.setting(self.core.automata[claim["on"]]), claim["goals"][0]
+        induction = Induction(Question(setting, claim, goal), list(using), modes)
+        parts = [
+            {
+                "kind": kind,
+                "where": where,
+                "proof": proofs.get(f"{kind} {where}", proofs.get(kind, "t")),
+                "hash": canonical_hash(["haverify.obligation/1", setting.hash, induction.hash, kind, where, ""]),
+            }
+            for kind, where, _ in induction.parts()
+        ]
+        entry = {"kind": "invariant", "start": start, "using": list(using), "modes": modes, "parts": parts}
+        head = {"schema": "haverify.certificate/1", "claim": name, "rounding": None}
+        verdict = "proved" if goal["kind"] == "always" else "refuted"
+        self.certificates[name] = {**head, "verdict": verdict, "goals": [entry]}
+        return self.verdict(name)
+
+    def verdict(self, name: str, certificate: Json = None) -> str:
+        Meter.left = 60_000_000
+        given = self.certificates[name] if certificate is None else certificate
+        return established(self.core, self.core.claims[name], copy.deepcopy(given), self.setting)[0]
+
+
+COUNTER = """
+spec "s" version "1.0" unitless
+enum N = 0..3
+automaton A {
+  var x
+  var n: N
+  init M where x == 0 and n == 0
+  mode M {
+    domain true
+    flow { x' = 0 }
+    edge step: -> M when GUARD do {
+      x := x + 1
+      n := n + 1
+    }
+  }
+}
+invariant p on A: x <= 3
+invariant q on A: x == n inductive
+"""
+SAME = ["==", [["1", "x"], ["-1", "n"]]]
+STILL = {"cuts": [{"formula": SAME, "start": "t", "keep": {"rule": "darboux", "matrix": [[[]]], "ideal": [[]]}}],
+         "end": "t"}  # fmt: skip
+ORIGIN = {"mode": "M", "values": {"x": "0", "n": "0"}, "params": {}}
+
+
+def counter(guard: str) -> str:
+    proofs = {"init": "b", "flow": STILL, "use": ["put", 2, "x", "b"]}
+    return World(COUNTER.replace("GUARD", guard)).forge("p", {"M": SAME}, proofs, ORIGIN)
+
+
+def test_a_type_does_not_stop_a_counter() -> None:
+    """No run is followed beyond the values of a type (S4), and none is thought to stay inside of it for that."""
+    assert counter("n < 3") == "proved"
+    for guard in ("true", "n <= 3", "x <= 3"):
+        with pytest.raises(FAULTS):
+            counter(guard)
+
+
+def test_an_analysis_does_not_think_so_either() -> None:
+    for guard, word in (("true", "Unknown"), ("n < 3", "Proved")):
+        found = decide_all(World(COUNTER.replace("GUARD", guard)).spec, ["q"])
+        assert type(found["q"].verdict).__name__ == word
+
+
+FROZEN = """
+spec "s" version "1.0" unitless
+automaton A { var x; var y; init M where x == 0 and y == 0; mode M { terminal; flow { x' = 1 + 0 * y; y' = x * y } } }
+property p on A { always x >= time }
+invariant q on A: x >= time inductive
+"""
+
+
+def test_time_goes_on_where_a_run_is_frozen() -> None:
+    """A run may stop in a terminal mode at once (S12): x stays 0."""
+    assert {type(e.verdict).__name__ for e in decide_all(World(FROZEN).spec).values()} == {"Unknown"}
+
+
+UNDEFINED = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  init M where -1 <= x and x <= 1 and y == 0
+  mode M { flow { x' = -x; y' = x * y }; edge e: -> M when x > 5 }
+}
+property p on A { always 1 / x <= 100 or 1 / x >= -5 }
+property q on A { always 1 / x <= 100 }
+"""
+
+
+def test_nothing_is_violated_where_a_divisor_is_nought() -> None:
+    """The start x = 0 is no counterexample: nothing is evaluated to false there."""
+    world = World(UNDEFINED)
+    found = decide_all(world.spec)
+    assert type(found["p"].verdict).__name__ == "Unknown"
+    assert world.verdict("q", json.loads(canonical(found["q"].certificate))) == "refuted"
+
+
+TIMED = """
+spec "s" version "1.0" unitless
+automaton A { var x; var y; init M where x == 0 and y == 0; mode M { flow { x' = x + y^2; y' = x * y } } }
+invariant p on A: time <= 1 implies x <= 1 inductive
+property q on A { within 1; always x <= 1 }
+"""
+
+
+def test_what_holds_on_all_runs_need_not_be_inductive() -> None:
+    world = World(TIMED)
+    claim = next(c for c in world.spec.claims if c.name == "q")
+    found = decide_flow(world.spec, world.spec.automata[0], claim, to_core(world.spec))
+    records = {name: json.loads(canonical(value)) for name, value in found.cells.items()}
+    setting = Setting(world.core, world.core.automata["A"], False, records.__getitem__, world.lemma)
+    certificate = json.loads(canonical(found.certificate))
+    assert established(world.core, world.core.claims["q"], certificate, lambda *_: setting)[0] == "proved"
+    world.core.claims["q"]["inductive"] = True
+    with pytest.raises(FAULTS):
+        established(world.core, world.core.claims["q"], certificate, lambda *_: setting)
+
+
+def test_a_state_that_leaves_an_invariant_has_its_time() -> None:
+    verdict = decide_all(World(TIMED).spec, ["p"])["p"].verdict
+    assert isinstance(verdict, Unknown)
+    assert verdict.kind == "inductive"
