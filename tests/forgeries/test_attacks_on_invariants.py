@@ -15,6 +15,8 @@ from hacheck.invariants import Induction
 from hacheck.obligations import Question, Setting, canonical_hash, established
 from hacheck.rational import Meter, Refused, Unreadable
 from haverify.analyses.portfolio import decide_all
+from haverify.analyses.taylor_reach import decide_flow
+from haverify.evidence.verdict import Unknown
 from haverify.model.core import canonical, to_core
 
 Json = Any
@@ -126,3 +128,51 @@ invariant q on A: x >= time inductive
 def test_time_goes_on_where_a_run_is_frozen() -> None:
     """A run may stop in a terminal mode at once (S12): x stays 0."""
     assert {type(e.verdict).__name__ for e in decide_all(World(FROZEN).spec).values()} == {"Unknown"}
+
+
+UNDEFINED = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  init M where -1 <= x and x <= 1 and y == 0
+  mode M { flow { x' = -x; y' = x * y }; edge e: -> M when x > 5 }
+}
+property p on A { always 1 / x <= 100 or 1 / x >= -5 }
+property q on A { always 1 / x <= 100 }
+"""
+
+
+def test_nothing_is_violated_where_a_divisor_is_nought() -> None:
+    """The start x = 0 is no counterexample: nothing is evaluated to false there."""
+    world = World(UNDEFINED)
+    found = decide_all(world.spec)
+    assert type(found["p"].verdict).__name__ == "Unknown"
+    assert world.verdict("q", json.loads(canonical(found["q"].certificate))) == "refuted"
+
+
+TIMED = """
+spec "s" version "1.0" unitless
+automaton A { var x; var y; init M where x == 0 and y == 0; mode M { flow { x' = x + y^2; y' = x * y } } }
+invariant p on A: time <= 1 implies x <= 1 inductive
+property q on A { within 1; always x <= 1 }
+"""
+
+
+def test_what_holds_on_all_runs_need_not_be_inductive() -> None:
+    world = World(TIMED)
+    claim = next(c for c in world.spec.claims if c.name == "q")
+    found = decide_flow(world.spec, world.spec.automata[0], claim, to_core(world.spec))
+    records = {name: json.loads(canonical(value)) for name, value in found.cells.items()}
+    setting = Setting(world.core, world.core.automata["A"], False, records.__getitem__, world.lemma)
+    certificate = json.loads(canonical(found.certificate))
+    assert established(world.core, world.core.claims["q"], certificate, lambda *_: setting)[0] == "proved"
+    world.core.claims["q"]["inductive"] = True
+    with pytest.raises(FAULTS):
+        established(world.core, world.core.claims["q"], certificate, lambda *_: setting)
+
+
+def test_a_state_that_leaves_an_invariant_has_its_time() -> None:
+    verdict = decide_all(World(TIMED).spec, ["p"])["p"].verdict
+    assert isinstance(verdict, Unknown)
+    assert verdict.kind == "inductive"

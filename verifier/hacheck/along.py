@@ -134,7 +134,7 @@ class Along:
                 self._leave(here, step, jumps, params)
                 return
             known = self._held(here.mode, states, touching or []) if not n else UNKNOWN
-            self._need(self._close(states, partial(self._fits, here.mode, known), CLOSE), states)
+            self._need(self._close(states, partial(self._fits, here.mode, known, UNKNOWN), CLOSE), states)
             if self._is_late(after.time, inclusive=True):
                 return
             here = after
@@ -153,8 +153,11 @@ class Along:
     def _is_early(self, time: Model) -> bool:
         return Fraction(bounds(time)[1], self.space.one) < self.first
 
-    def _fits(self, mode: str, held: Known, states: States) -> bool:
-        """No run is here, or the claim holds, the declared ranges are kept and no jump is possible."""
+    def _fits(self, mode: str, held: Known, before: Known, states: States) -> bool:
+        """No run is here, or the claim holds, the declared ranges are kept and no jump is possible.
+
+        `before` holds at instants before a crossing only, which itself is looked at where jumps are.
+        """
         if self._is_late(states["time"]):
             return True
         r = self.rules(mode)
@@ -163,7 +166,7 @@ class Along:
             return True
         known = {**r.inside, **held}
         fits = holds(r.window, values, known) and (self._is_early(states["time"]) or holds(r.claim, values, known))
-        return fits is True and all(holds(g, values, known) is False for g in r.guards.values())
+        return fits is True and all(holds(g, values, {**known, **before}) is False for g in r.guards.values())
 
     def _close(self, states: States, fits: Callable[[States], bool], depth: int) -> bool:
         """Does something hold for all states of a step, or on both halves?"""
@@ -209,10 +212,10 @@ class Along:
         one = self.space.one
         if found.since:
             early = during(self.space, states, 0, found.since)
-            self._need(self._close(early, partial(self._fits, mode, UNKNOWN), CLOSE), early)
+            self._need(self._close(early, partial(self._fits, mode, UNKNOWN, UNKNOWN), CLOSE), early)
         late = during(self.space, states, found.since, one - found.since)
         inside: Known = {found.place: (None, -1) if found.sign > 0 else (1, None)}
-        self._need(self._close(late, partial(self._fits, mode, inside), CLOSE), late)
+        self._need(self._close(late, partial(self._fits, mode, UNKNOWN, inside), CLOSE), late)
 
     def _jumps(self, mode: str, found: Crossing, jumps: list[Json], params: Mapping[str, Model]) -> None:
         """Each edge that may be taken at the border is in the record, and the claim holds there and afterwards."""

@@ -145,7 +145,7 @@ class Space:
                 if i + j > self.time:
                     lost += own * whole
                     continue
-                spend(1 + (len(terms) * len(upto[-1]) >> 3))
+                spend(3 + (len(terms) * len(upto[-1]) >> 1))
                 mine = out[i + j]
                 for k, c in terms.items():
                     left = self.degree - (k & 63)

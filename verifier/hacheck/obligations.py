@@ -163,6 +163,8 @@ class Question:
             self.same(entry, "goal", "", "")
             verdict = over_time(self, entry)
             return verdict, [("", "", verdict)]
+        if kind == "flowpipe" and self.claim["inductive"]:
+            raise Beyond("flowpipes do not show that an invariant is inductive")
         if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
             from hacheck.along import shown_along
 

@@ -19,6 +19,12 @@ def test_accepted_is_checked_and_beyond_is_enclosed() -> None:
     assert trust(grant(evidence(Proved()), BEYOND, Trust.ENCLOSED)) is Trust.ENCLOSED
 
 
+def test_the_report_says_why_a_certificate_was_not_checked_again() -> None:
+    found = grant(evidence(Proved()), Answer("beyond", "a record is too coarse"), Trust.ENCLOSED)
+    assert found.notes == ("not checked again: a record is too coarse",)
+    assert grant(evidence(Proved()), ACCEPTED, Trust.ENCLOSED).notes == ()
+
+
 def test_the_trust_that_an_analysis_claims_counts_for_nothing() -> None:
     assert trust(grant(evidence(PROVED), BEYOND, Trust.ENCLOSED)) is Trust.ENCLOSED
 

@@ -149,3 +149,15 @@ def _hash(made: Flowing) -> str:
 def test_the_hash_of_the_damages_is_right(whole: Flowing) -> None:
     """So that it is the damage, not the hash, that the test above sees."""
     assert whole.entry["hash"] == _hash(whole)
+
+
+def test_a_strict_bound_fails_at_the_border_itself(ball: Callable[[str], Flowing]) -> None:
+    """Before the impact `h > 0`, at it `h == 0`: that is no part of what holds strictly inside."""
+    made = ball("within 0.6; always at(Fall) implies h >= 0")
+    assert made.shown() == "proved"
+    condition = made.core["claims"][0]["goals"][0]["condition"]
+    assert condition[2][0] == ">="
+    condition[2][0] = ">"
+    made.entry["hash"] = _hash(made)
+    with pytest.raises(Refused):
+        made.shown()

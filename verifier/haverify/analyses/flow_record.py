@@ -20,6 +20,7 @@ Q = Fraction
 Json = Any
 DIGITS = 18  # of an integer in a certificate, at most
 PRECISION, COARSEST = 36, 8
+MOST = 1500  # coefficients of a step
 LOOKS = 16  # a recorded step is at most this part of the horizon
 Names = tuple[str, ...]
 
@@ -45,14 +46,20 @@ def flow_json(
         return None
     leaves = {piece: {"steps": list(_rows(s, moving, until, bits))} for piece, (_, s) in found.items()}
     starts = [tree(names, box, leaves) for box in boxes]
-    return file_json(model.automaton.name, bits, settings.order, set_of(names, pieces[0]), monomials, starts)
+    return file_json(model.automaton.name, moving, bits, settings.order, set_of(names, pieces[0]), monomials, starts)
 
 
 def file_json(
-    automaton: str, bits: int, order: int, varied: Sequence[str], monomials: list[list[int]], starts: list[Json]
+    automaton: str,
+    moving: int,
+    bits: int,
+    order: int,
+    varied: Sequence[str],
+    monomials: list[list[int]],
+    starts: list[Json],
 ) -> Json | None:
-    """The file; None where its monomials are of other variables."""
-    if any(len(m) != len(varied) for m in monomials):
+    """The file; None where its monomials are of other variables, or a step has more numbers than can be checked."""
+    if any(len(m) != len(varied) for m in monomials) or moving * order * len(monomials) > MOST:
         return None
     return {
         "schema": "haverify.flow/1", "automaton": automaton, "bits": bits, "order": order, "set": list(varied),

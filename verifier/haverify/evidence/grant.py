@@ -36,7 +36,9 @@ def grant(evidence: Evidence, answer: Answer | None, grade: Trust) -> Evidence:
     if trust < grade:
         return _withdrawn(evidence, _below(trust, grade))
     parts = tuple(replace(p, verdict=_with_trust(p.verdict, trust)) for p in evidence.parts)
-    return replace(evidence, verdict=_with_trust(evidence.verdict, trust), parts=parts)
+    notes = (f"not checked again: {answer.reason}",) if answer is not None and answer.word == "beyond" else ()
+    verdict = _with_trust(evidence.verdict, trust)
+    return replace(evidence, verdict=verdict, parts=parts, notes=(*evidence.notes, *notes))
 
 
 def _is_by_invariant(evidence: Evidence) -> bool:

@@ -99,7 +99,7 @@ impl<'a> Flow<'a> {
     /// From the polynomials of a set; their radii are errors.
     pub(crate) fn new(field: &'a Tape, start: Set, settings: &'a Settings) -> Flow<'a> {
         let Set { space, models } = start;
-        let linear = Space::new(space.variables, LINEAR);
+        let linear = Space::new(space.variables, LINEAR.min(space.degree));
         let radii: Vec<f64> = models.iter().map(|m| m.radius).collect();
         let centre = models.iter().map(|m| space.polynomial(m)).collect();
         let errors = Errors::of_box(&linear, &radii);

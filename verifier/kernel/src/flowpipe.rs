@@ -203,6 +203,13 @@ mod tests {
     }
 
     #[test]
+    fn without_a_degree_the_box_is_all_error() {
+        let pipe = follow(vec![Op::Variable(0), Op::Neg(0)], vec![1], &[interval(1.0, 2.0)], 1.0, 0);
+        let last = pipe.last.expect("it arrives")[0];
+        assert!(last.low() <= (-1.0f64).exp() && 2.0 * (-1.0f64).exp() <= last.high());
+    }
+
+    #[test]
     fn a_full_turn_of_an_oscillator_comes_back() {
         let ops = vec![Op::Variable(0), Op::Variable(1), Op::Neg(0)];
         let start = [interval(0.9, 1.1), interval(-0.1, 0.1)];

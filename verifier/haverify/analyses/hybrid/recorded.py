@@ -38,7 +38,7 @@ def tree_json(question: Question, pieces: Sequence[Box]) -> Json | None:
         return None
     starts = [_start(model, s, trees, bits) for s, trees in zip(model.starts, grown, strict=True)]
     order = len(steps[0][1][1][0]) - 1
-    return file_json(model.automaton.name, bits, order, varied, monomials, starts)
+    return file_json(model.automaton.name, len(model.automaton.vars), bits, order, varied, monomials, starts)
 
 
 def _is_within(piece: Box, box: Box) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 from haverify.maths.bernstein import bounds
 from haverify.maths.digits import rational_text
 from haverify.maths.interval import Fault, Interval
-from haverify.obligations.formula import Formula, Literal, by_bounds, truth
+from haverify.obligations.formula import Formula, Literal, by_bounds, literals, truth
 from haverify.obligations.functions import Functions
 from haverify.obligations.induction import names_of
 from haverify.obligations.premises import Premises
@@ -18,6 +18,7 @@ from haverify.text.record import holder
 Q = Fraction
 Json = Any
 Box = dict[str, tuple[Q, Q]]
+MOST_TERMS = 400
 PI = (Q(31415926535897932, 10**16), Q(31415926535897933, 10**16))
 
 
@@ -32,7 +33,7 @@ def on_boxes(premises: Premises, leaves: int) -> Json | None:
     """A tree of boxes on each of which an entry is false; None where that takes more leaves."""
     box = bounded(premises.entries)
     found = [f for f in premises.entries if _is_within(f, box, premises.functions)]
-    if box is None or not found:
+    if box is None or not found or sum(len(leaf.polynomial.whole) for f in found for leaf in literals(f)) > MOST_TERMS:
         return None
     return _tree(premises.functions, found, box, Search(leaves))
 

@@ -67,7 +67,12 @@ def _names(induction: Induction, ob: Obligation) -> list[str]:
     chosen = {
         v for f in ob.premises.entries for leaf in literals(f) for v in leaf.polynomial.variables if v.endswith("'")
     }
-    timed = any("time" in leaf.polynomial.variables for f in ob.premises.entries for leaf in literals(f))
+    read = {
+        v for f in (*ob.premises.entries, ob.kept or True) for leaf in literals(f) for v in leaf.polynomial.variables
+    }
+    if ob.kind == "flow":
+        read |= {v for n, p in induction.field(ob.mode).items() if n != "time" for v in p.variables}
+    timed = "time" in induction.functions.support(read)
     return [*(v.name for v in induction.automaton.vars), *params, *sorted(chosen), *(["time"] if timed else [])]
 
 

@@ -10,7 +10,7 @@ from haverify.analyses.induction.boxes import bounded, enclosed
 from haverify.analyses.synthesis.starts import exact_points
 from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant
-from haverify.obligations.formula import Formula, Junction, Literal, by_bounds, truth
+from haverify.obligations.formula import HOLDS, Formula, Junction, Literal, by_bounds, truth
 from haverify.obligations.functions import Functions
 from haverify.obligations.premises import Premises
 from haverify.text.record import record
@@ -115,10 +115,12 @@ def _candidates(name: str, entries: Iterable[Formula]) -> list[Q]:
 
 def certainly(f: Formula, point: Mapping[str, Q], functions: Functions) -> bool:
     """Whether a formula holds at a point, functions enclosed there."""
-    values = {n: constant(q) for n, q in point.items()}
-    box = {n: (q, q) for n, q in point.items()}
 
     def known(leaf: Literal) -> bool | None:
+        if all(v in point for v in leaf.polynomial.variables):
+            return HOLDS[leaf.op](leaf.polynomial.value(point))
+        values = {n: constant(q) for n, q in point.items()}
+        box = {n: (q, q) for n, q in point.items()}
         p = functions.substitute(leaf.polynomial, values)
         return by_bounds(leaf.op, *bounds(p, enclosed(functions, [Literal(leaf.op, p)], box)))
 

@@ -10,6 +10,7 @@ from typing import Any
 from haverify.analyses.flow_model import flow_model
 from haverify.analyses.induction.points import Point, certainly, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
+from haverify.analyses.synthesis.starts import exact_points
 from haverify.evidence.run import Run
 from haverify.model.expression import TRUE, Expr
 from haverify.model.hybrid import Assign, Init, Param, Range
@@ -52,6 +53,8 @@ def starts(induction: Induction, more: bool = True) -> Iterator[Start]:
         first = satisfying(told, names)
         if first is not None:
             yield from (Start(mode, p) for p in (_around(told, first) if more else [first]))
+            if more and not told.functions.known:
+                yield from (Start(mode, p) for p in exact_points(told.entries, names))
 
 
 def _around(told: Premises, first: Point) -> Iterator[Point]:
@@ -82,7 +85,7 @@ def at_once(induction: Induction) -> Start | None:
     names = [*names_of(induction), "time"]
     for line, mode, _ in induction.lines():
         windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
-        wrong = negation(induction.aim(mode))
+        wrong = induction.formula(Expr("not", (induction.condition,)), mode)  # where a divisor is 0 nothing is violated
         told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows, wrong)
         found = satisfying(told, names)
         if found is not None:

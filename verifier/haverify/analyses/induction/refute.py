@@ -92,7 +92,7 @@ def _cases(premises: Premises, effort: Effort) -> Json | None:
             known = set(premises.entries)
             if any(set(premises.with_(m).entries) == known for m in f.members):
                 continue
-            less = Effort(effort.leaves, effort.cases // len(f.members))
+            less = Effort(max(8, effort.leaves // len(f.members)), effort.cases // len(f.members))
             proofs = []
             for m in f.members:
                 found = refute(premises.with_(m), less)

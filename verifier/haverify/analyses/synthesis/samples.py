@@ -8,6 +8,7 @@ from typing import Any
 from haverify.analyses.synthesis.system import System
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Formula, Junction, Literal, variables
+from haverify.solvers.positivity.refute import bounds_of
 from haverify.text.record import holder
 
 STARTS = 60
@@ -121,15 +122,10 @@ def _ranges(literals: Sequence[Literal], names: Sequence[str]) -> tuple[Any, Any
     import numpy
 
     low, high = numpy.full(len(names), numpy.nan), numpy.full(len(names), numpy.nan)
-    for q in literals:
-        if len(q.polynomial.variables) == 1 and q.polynomial.total_degree() == 1 and q.op != "!=":
-            (v,) = q.polynomial.variables
-            k, slope = list(names).index(v), q.polynomial.terms[((v, 1),)]
-            bound = float(-q.polynomial.terms.get((), 0) / slope)
-            if slope > 0 or q.op == "==":
-                high[k] = bound if high[k] != high[k] else min(high[k], bound)
-            if slope < 0 or q.op == "==":
-                low[k] = bound if low[k] != low[k] else max(low[k], bound)
+    for v, (least, most) in bounds_of(literals).items():
+        k = names.index(v)
+        low[k] = numpy.nan if least is None else float(least)
+        high[k] = numpy.nan if most is None else float(most)
     for k in range(len(names)):
         if low[k] != low[k] and high[k] != high[k]:
             low[k], high[k] = -2.0, 2.0
