@@ -72,7 +72,7 @@ def _number(text: str, units: Mapping[str, Fraction]) -> float | None:
         value = float(Fraction(digits) * units[unit])
     except (ValueError, KeyError, ZeroDivisionError, OverflowError):
         return None
-    return value if 1e-12 <= value <= 1e9 else None
+    return value if 1e-30 <= value <= 1e9 else None
 
 
 _READ: dict[str, tuple[str, Callable[[str], float | None]]] = {

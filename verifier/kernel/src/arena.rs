@@ -228,8 +228,9 @@ impl Arena {
         }
         for d in 1..self.heads[few].degrees.min(self.limit) {
             let y = &y[..y.len().min(self.space.upto_degrees(self.limit - d))];
-            for i in self.space.upto_degrees(d)..self.space.upto_degrees(d + 1) {
-                let c = x[i] * weight;
+            let first = self.space.upto_degrees(d);
+            for (i, factor) in x[first..self.space.upto_degrees(d + 1)].iter().enumerate() {
+                let (i, c) = (first + i, factor * weight);
                 if c != 0.0 {
                     self.space.row(i).iter().zip(y).for_each(|(&at, d)| self.sum[at as usize] += c * d);
                 }
