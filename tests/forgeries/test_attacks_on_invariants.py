@@ -253,3 +253,30 @@ def test_no_small_change_of_the_rocking_block_s_proofs_is_a_proof() -> None:
                         with pytest.raises(FAULTS):
                             assert check(changed(proof, at, new)) == "nothing", (name, part["where"], at, v, new)
     assert tried > 900
+
+
+NAMED = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  var w
+  init M where x == 0 and y == 0 and w == 0
+  mode M { flow { x' = 1; y' = 1; w' = 0 } }
+}
+property p on A { always sin(x * y) <= sin(w) }
+"""
+
+
+def test_names_do_not_read_as_arguments() -> None:
+    """A variable called `x*y` in a core that is written by hand is not the product of two."""
+    start = {"mode": "M", "values": {"x": "0", "y": "0", "w": "0"}, "params": {}}
+    with pytest.raises(FAULTS):  # neither is `sin(x * y)` the sine of w
+        World(NAMED).forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}}, start)
+
+    def renamed(data: Json) -> None:
+        data.update(json.loads(json.dumps(data).replace('"w"', '"x*y"')))
+
+    start = {"mode": "M", "values": {"x": "0", "y": "0", "x*y": "0"}, "params": {}}
+    with pytest.raises(FAULTS):
+        World(NAMED, renamed).forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}}, start)
