@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction as Q
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -176,3 +178,105 @@ def test_a_state_that_leaves_an_invariant_has_its_time() -> None:
     verdict = decide_all(World(TIMED).spec, ["p"])["p"].verdict
     assert isinstance(verdict, Unknown)
     assert verdict.kind == "inductive"
+
+
+# ---- every small change of true certificates ----------------------------------------------------------------------
+
+RULES, SIGNS = ("darboux", "growth", "barrier", "always", "lie"), ("<", "<=", "==", "!=")
+Place = tuple[Any, ...]
+
+
+def places(value: Json, at: Place = ()) -> Iterator[tuple[Place, Json]]:
+    """All values inside of a JSON value with their places."""
+    yield at, value
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for k, v in items:
+        yield from places(v, (*at, k))
+
+
+def others(v: Json) -> list[Json]:
+    """What may stand in the place of a number, an index, a sign, a rule or a name."""
+    if isinstance(v, bool) or not isinstance(v, str | int):
+        return []
+    if isinstance(v, int):
+        return [v + 1, v - 1, True, 99]
+    if v.lstrip("-").replace("/", "").isdigit():
+        return sorted({str(Q(v) + 1), str(-Q(v)), "0", str(Q(v) * 2)} - {v})
+    alike = next((words for words in (RULES, SIGNS, ("x1", "x2", "time", "zz")) if v in words), (v,))
+    return [w for w in alike if w != v]
+
+
+def at_place(value: Json, at: Place) -> Json:
+    for k in at:
+        value = value[k]
+    return value
+
+
+def changed(whole: Json, at: Place, new: Json) -> Json:
+    """A copy with another value at a place, or without it."""
+    out = copy.deepcopy(whole)
+    if new is None:
+        del at_place(out, at[:-1])[at[-1]]
+    else:
+        at_place(out, at[:-1])[at[-1]] = new
+    return out
+
+
+def is_harmless(proof: Json, at: Place, new: Json) -> bool:
+    """Whether a change leaves a proof a proof: of a split, a root's sign, a cut that follows from what is known."""
+    above = [at_place(proof, at[:n]) for n in range(len(at))]
+    if any(isinstance(v, list) and v[:1] == ["s"] and at[n] in (1, 2) for n, v in enumerate(above)):
+        return True
+    if any(isinstance(v, dict) and (v.get("keep") or {}).get("rule") == "always" for v in above):
+        return True
+    root = above[-2] if len(above) > 1 else None  # a POLY of one term: its square is that of its negative
+    return isinstance(root, list) and len(root) == 1 and isinstance(new, str) and new == str(-Q(above[-1][0]))
+
+
+def test_no_small_change_of_the_rocking_block_s_proofs_is_a_proof() -> None:
+    text = Path(__file__).parents[2].joinpath("spec", "rocking_block.ha").read_text(encoding="utf-8")
+    world, names, tried = World(text), ("energy", "never_falls", "gentle"), 0
+    found = decide_all(world.spec, names)
+    world.certificates = {n: json.loads(canonical(found[n].certificate)) for n in names}
+    setting = world.setting(world.core.automata["Rocking"])
+    for name in names:
+        (entry,), claim = world.certificates[name]["goals"], world.core.claims[name]
+        induction = Induction(Question(setting, claim, claim["goals"][0]), entry["using"], entry["modes"])
+        for (_, _, check), part in zip(induction.parts(), entry["parts"], strict=True):
+            proof = part["proof"]
+            check(proof)
+            for at, v in places(proof):
+                drop = [None] if isinstance(v, list) and at and isinstance(at[-1], int) else []
+                for new in [*others(v), *drop]:
+                    if at and not is_harmless(proof, at, new):
+                        Meter.left, tried = 60_000_000, tried + 1
+                        with pytest.raises(FAULTS):
+                            assert check(changed(proof, at, new)) == "nothing", (name, part["where"], at, v, new)
+    assert tried > 900
+
+
+NAMED = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  var w
+  init M where x == 0 and y == 0 and w == 0
+  mode M { flow { x' = 1; y' = 1; w' = 0 } }
+}
+property p on A { always sin(x * y) <= sin(w) }
+"""
+
+
+def test_names_do_not_read_as_arguments() -> None:
+    """A variable called `x*y` in a core that is written by hand is not the product of two."""
+    start = {"mode": "M", "values": {"x": "0", "y": "0", "w": "0"}, "params": {}}
+    with pytest.raises(FAULTS):  # neither is `sin(x * y)` the sine of w
+        World(NAMED).forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}}, start)
+
+    def renamed(data: Json) -> None:
+        data.update(json.loads(json.dumps(data).replace('"w"', '"x*y"')))
+
+    start = {"mode": "M", "values": {"x": "0", "y": "0", "x*y": "0"}, "params": {}}
+    with pytest.raises(FAULTS):
+        World(NAMED, renamed).forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}}, start)

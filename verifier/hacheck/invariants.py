@@ -30,8 +30,8 @@ class FlowScope(Scope):
     def __init__(self, core: Any, automaton: Json) -> None:
         self.functions = Functions()
         super().__init__(core, automaton, False)
-        if any("(" in n for n in (*self.types, *self.ranges)):
-            raise Beyond("a name that could be that of a function")
+        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges)):
+            raise Beyond("a name that could be that of a function, or a part of one")
 
     def function(self, op: str, a: Poly) -> Poly:
         return self.functions.apply(op, a)
