@@ -11,13 +11,13 @@ from math import ceil, floor
 from typing import Any, NamedTuple
 
 from hacheck.enclosures import HIGHEST, ZERO, Model, Space, Terms, add, bounds, degree, key, norm, widened
-from hacheck.rational import Refused, spend
+from hacheck.rational import Beyond, Refused, spend
 from hacheck.scope import Scope
 from hacheck.tubes import Field, Front
 
 Json = Any
 Ends = tuple[Fraction, Fraction]
-GUARD, COARSE_TIME = 16, 4
+GUARD, COARSE_TIME, MOST_MOVING = 16, 4, 16
 
 
 class Here(NamedTuple):
@@ -35,6 +35,8 @@ class Record:
         if (data["schema"], data["automaton"]) != ("haverify.flow/1", scope.automaton["name"]):
             raise Refused("a recorded flow has another schema, or is of another automaton")
         self.scope, self.data, self.moving = scope, data, list(scope.types)
+        if len(self.moving) > MOST_MOVING:
+            raise Beyond("a recorded flow has many variables")
         self.set = list(data["set"])
         if len(set(self.set)) < len(self.set) or not set(self.set) <= {*self.moving, *scope.ranges}:
             raise Refused("a recorded flow varies what is no variable or param")

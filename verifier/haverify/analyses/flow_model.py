@@ -179,8 +179,12 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
         return False
     left, right = e.children
     op = e.op
-    if left.op != "var":
+    if left.op not in ("var", "abs"):
         left, right, op = right, left, MIRRORED[op]
+    if left.op == "abs" and op in ("<", "<="):
+        inner, minus = left.children[0], Expr("neg", (right,))
+        ends = (Expr(op, (inner, right)), Expr(MIRRORED[op], (inner, minus)))
+        return all([_bounded(end, bounds, values) for end in ends])
     if left.op != "var":
         return False
     try:

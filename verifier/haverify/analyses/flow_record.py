@@ -23,6 +23,7 @@ PRECISION, COARSEST = 36, 8
 MOST = 1500  # coefficients of a step
 LOOKS = 16  # a recorded step is at most this part of the horizon
 Names = tuple[str, ...]
+MOST_MOVING = 16  # variables; the checker takes no more
 
 
 def record_name(claim: str, goal: int) -> str:
@@ -34,6 +35,8 @@ def flow_json(
     model: FlowModel, field: Listing, until: Q, boxes: Sequence[Box], pieces: Sequence[Box], settings: Settings
 ) -> Json | None:
     """A file of recorded flows from boxes, each split in halves down to given pieces; None where it would not do."""
+    if len(model.automaton.vars) > MOST_MOVING:
+        return None
     longer = replace(settings, longest=float(until) / LOOKS)
     try:
         found = {piece: flow_record(field, sides(piece), Interval.at(until), longer) for piece in pieces}
