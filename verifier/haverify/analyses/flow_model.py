@@ -183,8 +183,9 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
         left, right, op = right, left, MIRRORED[op]
     if left.op == "abs" and op in ("<", "<="):
         inner, minus = left.children[0], Expr("neg", (right,))
-        ends = (Expr(op, (inner, right)), Expr(MIRRORED[op], (inner, minus)))
-        return all([_bounded(end, bounds, values) for end in ends])
+        above = _bounded(Expr(op, (inner, right)), bounds, values)
+        below = _bounded(Expr(MIRRORED[op], (inner, minus)), bounds, values)
+        return above and below
     if left.op != "var":
         return False
     try:
