@@ -119,6 +119,11 @@ def test_an_analysis_does_not_think_so_either() -> None:
         assert type(found["q"].verdict).__name__ == word
 
 
+def test_no_run_is_made_up_that_leaves_a_type() -> None:
+    """Its certificate would be refused."""
+    assert isinstance(decide_all(World(COUNTER.replace("GUARD", "true")).spec, ["p"])["p"].verdict, Unknown)
+
+
 FROZEN = """
 spec "s" version "1.0" unitless
 automaton A { var x; var y; init M where x == 0 and y == 0; mode M { terminal; flow { x' = 1 + 0 * y; y' = x * y } } }

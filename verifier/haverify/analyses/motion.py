@@ -107,10 +107,9 @@ class Motion:
 
     @cached_property
     def declared(self) -> Formula:
-        """The declared ranges: a run is followed while it is inside them (LANGUAGE S4)."""
+        """The declared ranges, and types: a run is followed while it is inside them (LANGUAGE S4)."""
         found: list[Formula] = []
-        for v in self.model.reals:
-            window = self.model.windows[v]
+        for v, window in self.model.windows.items():
             if window.low is not None:
                 found.append(compare(">=", variable(v) - constant(window.low)))
             if window.high is not None:
