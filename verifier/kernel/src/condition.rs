@@ -41,6 +41,24 @@ impl Comparison {
         }
     }
 
+    /// The comparison with its border left out.
+    pub fn opened(self) -> Comparison {
+        match self {
+            Comparison::AtMost => Comparison::Less,
+            Comparison::AtLeast => Comparison::Greater,
+            same => same,
+        }
+    }
+
+    /// The comparison with its border.
+    pub fn closed(self) -> Comparison {
+        match self {
+            Comparison::Less => Comparison::AtMost,
+            Comparison::Greater => Comparison::AtLeast,
+            same => same,
+        }
+    }
+
     /// Its truth at zero itself.
     pub fn at_zero(self) -> bool {
         matches!(self, Comparison::AtMost | Comparison::AtLeast | Comparison::Equal)

@@ -74,10 +74,10 @@ impl Flow<'_> {
         let way = Interval::new(0.0, until)?;
         let Some(least) = self.least_rate(step, quantity, way, is_rising) else { return Ok(None) };
         let error = if defect == 0.0 { 0.0 } else { raised(raised(defect) / least) };
-        if reached.high() + raised(error) > until {
+        if (reached.high() + raised(error)).next_up() > until {
             return Ok(None);
         }
-        let window = Interval::new((reached.low() - raised(error)).max(0.0), until)?;
+        let window = Interval::new((reached.low() - raised(error)).next_down().max(0.0), until)?;
         let speeds = values(&self.space, self.field(), &self.states(step, window)?)?;
         let mut moved = Vec::with_capacity(states.len());
         for (state, speed) in states.iter().zip(&speeds) {

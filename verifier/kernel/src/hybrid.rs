@@ -376,11 +376,6 @@ impl<'a> Analysis<'a> {
             return Ok(None);
         }
         walk.record(step, &Clock::Until(event.instant), self.settings.depth)?;
-        if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
-            return Ok(Some(End::Answered));
-        }
-        let may_be_stuck = !landings.iter().any(|l| l.is_certain);
-        landings.into_iter().for_each(|l| self.leave(walk, l));
         if !is_quiet {
             for edge in open {
                 let Some(part) = walk.possible_before(step, event, edge, (0.0, 1.0), depth)? else { continue };
@@ -388,6 +383,11 @@ impl<'a> Analysis<'a> {
                 self.landing(walk, edge, &early, false)?.into_iter().for_each(|l| self.leave(walk, l));
             }
         }
+        if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
+            return Ok(Some(End::Answered));
+        }
+        let may_be_stuck = !landings.iter().any(|l| l.is_certain);
+        landings.into_iter().for_each(|l| self.leave(walk, l));
         Ok(Some(End::Jumped { may_be_stuck }))
     }
 

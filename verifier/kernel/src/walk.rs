@@ -59,13 +59,25 @@ fn holds_beyond(comparison: Comparison, is_rising: bool) -> bool {
     }
 }
 
-/// The truth of a guard where `holds` says which comparisons of one quantity are true.
-fn guarded(guard: &Guard, quantity: usize, values: &[Interval], holds: impl Fn(Comparison) -> bool) -> Option<bool> {
+/// What a guard asks of other quantities where `holds` says which comparisons of one are true; `None` if one is not.
+fn guarded(guard: &Guard, quantity: usize, holds: impl Fn(Comparison) -> bool) -> Option<Guard> {
     let (own, others): (Guard, Guard) = guard.iter().copied().partition(|(at, _)| *at == quantity);
-    if own.iter().all(|&(_, c)| holds(c)) {
-        all(&others, values)
-    } else {
+    own.iter().all(|&(_, c)| holds(c)).then_some(others)
+}
+
+/// Whether a guard holds at all times right after a crossing, the domain ignored (LANGUAGE S8): a quantity that may be
+/// at its border at the crossing itself may move either way.
+fn due_after(guard: &Guard, quantity: usize, is_rising: bool, values: &[Interval]) -> Option<bool> {
+    let Some(others) = guarded(guard, quantity, |c| holds_beyond(c, is_rising)) else { return Some(false) };
+    let certain: Guard = others.iter().map(|&(at, c)| (at, c.opened())).collect();
+    let differs = |c: Comparison| c == Comparison::Differ;
+    let possible: Guard = others.iter().filter(|(_, c)| !differs(*c)).map(|&(at, c)| (at, c.closed())).collect();
+    if all(&certain, values) == Some(true) {
+        Some(true)
+    } else if all(&possible, values) == Some(false) {
         Some(false)
+    } else {
+        None
     }
 }
 
@@ -382,12 +394,13 @@ impl Walk<'_> {
         known[quantity] = Interval::ZERO;
         let mut found = Vec::new();
         for (number, edge) in self.mode.edges.iter().enumerate() {
-            let at_zero = guarded(&edge.guard, quantity, &known, Comparison::at_zero);
-            // An urgent edge that is enabled right after the crossing is due at it.
-            let after = |c: Comparison| edge.is_urgent && holds_beyond(c, is_rising);
-            match (at_zero, guarded(&edge.guard, quantity, &known, after)) {
+            let here =
+                guarded(&edge.guard, quantity, Comparison::at_zero).map_or(Some(false), |rest| all(&rest, &known));
+            let later =
+                if edge.is_urgent { due_after(&edge.guard, quantity, is_rising, &watched) } else { Some(false) };
+            match (here, later) {
                 (Some(false), Some(false)) => {}
-                (here, later) => found.push((number, here == Some(true) || later == Some(true))),
+                _ => found.push((number, here == Some(true) || later == Some(true))),
             }
         }
         Ok(found)
