@@ -20,6 +20,7 @@ mod flow;
 pub mod flowpipe;
 pub mod hybrid;
 pub mod interval;
+mod judging;
 pub mod matrix;
 pub mod models;
 #[cfg(feature = "python")]
