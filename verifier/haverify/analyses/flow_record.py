@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from math import ceil, frexp, ldexp
+from math import ceil, comb, frexp, ldexp
 from typing import Any
 
 from haverify.analyses.flow_model import Box, FlowModel
@@ -35,21 +35,23 @@ def flow_json(
     model: FlowModel, field: Listing, until: Q, boxes: Sequence[Box], pieces: Sequence[Box], settings: Settings
 ) -> Json | None:
     """A file of recorded flows from boxes, each split in halves down to given pieces; None where it would not do."""
-    if len(model.automaton.vars) > MOST_MOVING:
+    moving, varied = len(model.automaton.vars), set_of(model.names, pieces[0])
+    monomials_to_come = comb(len(varied) + settings.degree, settings.degree)
+    if moving > MOST_MOVING or moving * settings.order * monomials_to_come > MOST:
         return None
     longer = replace(settings, longest=float(until) / LOOKS)
     try:
         found = {piece: flow_record(field, sides(piece), Interval.at(until), longer) for piece in pieces}
     except Fault:
         return None
-    moving, names = len(model.automaton.vars), model.names
+    names = model.names
     monomials = next(iter(found.values()))[0]
     bits = precision([step for _, steps in found.values() for step in steps])
     if bits is None:
         return None
     leaves = {piece: {"steps": list(_rows(s, moving, until, bits))} for piece, (_, s) in found.items()}
     starts = [tree(names, box, leaves) for box in boxes]
-    return file_json(model.automaton.name, moving, bits, settings.order, set_of(names, pieces[0]), monomials, starts)
+    return file_json(model.automaton.name, moving, bits, settings.order, varied, monomials, starts)
 
 
 def file_json(
