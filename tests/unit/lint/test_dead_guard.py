@@ -39,3 +39,8 @@ def test_a_param_that_may_make_it_true(lint):
     text = "param t: s in [0.5 s, 3 s]\n" + clock("x <= 1 s", "edge back: -> M when x >= t do x := 0 s")
     assert lint(text).of("HA302") == []
     assert lint(text.replace("0.5 s, 3 s", "1.5 s, 3 s")).of("HA302")
+
+
+def test_an_urgent_edge_is_due_where_its_strict_bound_begins(lint):
+    assert lint(clock("x <= 1 s", "urgent edge back: -> M when x > 1 s do x := 0 s")).of("HA302") == []
+    assert lint(clock("x <= 1 s", "urgent edge back: -> M when x > 1.5 s do x := 0 s")).of("HA302")

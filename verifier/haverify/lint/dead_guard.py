@@ -18,12 +18,28 @@ from haverify.text.record import replace
 
 @rule("HA302")
 def dead_guard(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """Guards that contradict themselves, or stand under an empty domain, are HA201 or HA202."""
+    """Guards that contradict themselves, or stand under an empty domain, are HA201 or HA202.
+
+    An urgent edge whose strict bound is met at the border of the domain is due there (LANGUAGE S8).
+    """
     for automaton in spec.automata:
         for edge in automaton.edges:
             state = facts.edge(automaton, edge)
-            if state.kind == "never enabled" and isinstance(state.answer, Contradiction):
+            if state.kind != "never enabled" or (edge.urgent and _is_due_at_a_border(facts, automaton, edge)):
+                continue
+            if isinstance(state.answer, Contradiction):
                 yield _finding(facts, automaton, edge, state.answer.core)
+
+
+def _is_due_at_a_border(facts: Facts, automaton: HybridAutomaton, edge: Edge) -> bool:
+    return facts.edge_state(automaton, replace(edge, guard=_with_borders(edge.guard))).kind == "live"
+
+
+def _with_borders(e: Expr) -> Expr:
+    """The condition with strict comparisons closed, those under `not` excepted."""
+    if e.op in ("<", ">"):
+        return Expr(e.op + "=", e.args, e.unit, e.span)
+    return rebuild(e, _with_borders) if e.op in ("and", "or") else e
 
 
 def _finding(facts: Facts, automaton: HybridAutomaton, edge: Edge, core: tuple[Expr, ...]) -> Diagnostic:
