@@ -143,6 +143,8 @@ def test_a_margin_is_at_most_the_true_one(decided: Decide) -> None:
         (BALL.replace("domain h >= 0", "domain h >= 0 or v > 0"), "within 1; always h <= 2", "disjunction"),
         (BALL, "within 1; assume h <= 1; always h <= 2", "assumption"),
         (BALL, "within 1; always h <= 2; method taylor(order = 1)", "order = 1"),
+        (BALL, "within 1; always h <= 2; method taylor(cuts = 99)", "cuts = 99"),
+        (BALL.replace("v := -0.8 * v", "v in [3, 2]"), "can reach v > 1 within 1", "there is none"),
         (BALL, "within 1; always h <= 2; method taylor(digits = 3)", "no option `digits`"),
     ],
 )  # fmt: skip

@@ -34,9 +34,9 @@ def tuned(settings: Settings, claim: Claim, wide: int) -> Settings:
         if name not in _READ:
             raise OutsideFragmentError(f"`method taylor` has no option `{name}`; it has {_ALLOWED}")
         field, read = _READ[name]
-        if field == "cuts":
-            continue
-        changes[field] = _checked(name, value, read)
+        found = _checked(name, value, read)
+        if field != "cuts":
+            changes[field] = found
     if wide == 0:
         changes.pop("degree", None)
     if comb(wide + int(changes.get("degree", 1)), wide) > _MOST_MONOMIALS:

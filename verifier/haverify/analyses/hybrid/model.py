@@ -286,6 +286,8 @@ def _reset(model: HybridModel, source: int, edge: Edge, pinned: dict[str, Expr])
 def _chosen(model: HybridModel, variable: str, to: Range) -> Expr:
     """A value of a range, as an expression of a choice."""
     low, high = model.values.interval(to)
+    if low > high:
+        raise OutsideFragmentError(f"`{variable}` is set to a value between {low} and {high}, of which there is none")
     half = Expr("num", ((high - low) / 2,))
     return Expr("+", (Expr("num", ((low + high) / 2,)), Expr("*", (half, Expr("var", (CHOICE + variable,))))))
 
