@@ -221,7 +221,8 @@ def inside(d: Description, points: Floats) -> Floats:
     low, high = (np.array([float(d.sole.x[i]), float(d.sole.y[i])]) for i in (0, 1))
     within = np.minimum(points - low, high - points)
     outside = np.linalg.norm(np.minimum(within, 0), axis=1)
-    return np.where(outside > 0, -outside, within.min(axis=1))
+    distance: Floats = np.where(outside > 0, -outside, within.min(axis=1))
+    return distance
 
 
 def _ground(d: Description, t: Trajectory, m: Motion) -> list[Sampled]:
