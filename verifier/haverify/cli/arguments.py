@@ -51,6 +51,15 @@ _PLOT = """\
 Draw the figures of a report folder again, from report.json, core.json and the certificates; nothing is run."""
 
 
+_REPLAY = """\
+Replay the cycle of a gait on a robot and judge it: what its joints can do as claims, decided and re-checked like
+those of `check`; what the whole body does by enclosures over the cycle, and by samples where these say so."""
+
+_REPLAY_MORE = """\
+--robot DIR holds robot.toml and the URDF it names; --map says which output drives which joint (docs/robot.md).
+exit codes are those of `check`; a sampled check that breaks its limit counts as unknown (3), advice as nothing."""
+
+
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; a command's name is `command`."""
     top = argparse.ArgumentParser(
@@ -74,6 +83,7 @@ def parser() -> argparse.ArgumentParser:
         _repair,
         _invent,
         _simulate,
+        _replay,
         _init,
         _doctor,
     ):
@@ -211,6 +221,20 @@ def _plot(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("report", metavar="REPORT.json", help="a report in its folder, or the folder")
     p.add_argument("-o", "--output", metavar="DIR", help="where they go (default: figures/ in the report folder)")
     p.add_argument("-p", "--property", metavar="NAME", help="those of one claim only")
+
+
+def _replay(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "replay", _REPLAY, _REPLAY_MORE, help="judge a gait on a robot")
+    p.add_argument("file", metavar="FILE", help="a spec")
+    p.add_argument("--robot", required=True, metavar="DIR", help="the robot's folder, such as models/hoap2")
+    p.add_argument("--map", metavar="MAP.toml", help="which output drives which joint (default: the robot's own)")
+    p.add_argument("--speed", metavar="FACTOR", help="replay at this multiple of the gait's pace (default: the map's)")
+    p.add_argument("--claims", action="store_true", help="print the summary of the claims about the joints too")
+    p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
+    where = p.add_mutually_exclusive_group()
+    where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>-<robot>/)")
+    where.add_argument("--no-report", action="store_true", help="keep no report")
+    p.add_argument("--no-cache", action="store_true", help="decide everything anew")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -26,8 +26,22 @@ pub fn roots(series: &[f64], h: f64, skip: usize, slack: f64) -> Vec<f64> {
         scaled.pop();
     }
     let mut found = Vec::new();
-    isolate(&scaled, bernstein(&scaled), (0.0, 1.0), slack, &mut found);
+    let coefficients = bernstein(&scaled);
+    let may_touch = changes(&coefficients) > 1 || coefficients.iter().any(|c| c.abs() <= slack);
+    isolate(&scaled, coefficients, (0.0, 1.0), &mut found);
+    if may_touch && scaled.len() > 2 {
+        found.extend(touches(&scaled, slack));
+    }
     merged(&scaled, found, slack).iter().map(|&s| s * h).collect()
+}
+
+/// Where a polynomial is least or greatest with a value that counts as zero.
+fn touches(powers: &[f64], slack: f64) -> Vec<f64> {
+    let slope: Vec<f64> = powers.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect();
+    let mut found = Vec::new();
+    isolate(&slope, bernstein(&slope), (0.0, 1.0), &mut found);
+    found.retain(|&x| at(powers, x).abs() <= slack);
+    found
 }
 
 /// Bernstein coefficients on [0, 1] of a polynomial given by powers.
@@ -57,7 +71,7 @@ fn changes(coefficients: &[f64]) -> usize {
     count
 }
 
-fn isolate(powers: &[f64], coefficients: Vec<f64>, part: (f64, f64), slack: f64, found: &mut Vec<f64>) {
+fn isolate(powers: &[f64], coefficients: Vec<f64>, part: (f64, f64), found: &mut Vec<f64>) {
     let (low, high) = part;
     let n = coefficients.len() - 1;
     let is_zero_at_end = coefficients[n] == 0.0;
@@ -66,18 +80,15 @@ fn isolate(powers: &[f64], coefficients: Vec<f64>, part: (f64, f64), slack: f64,
         0 => {}
         1 if coefficients[0] != 0.0 && !is_zero_at_end => found.push(crossing(powers, low, high)),
         _ if high - low < SMALLEST => {
-            let middle = (low + high) / 2.0;
-            if at(powers, middle).abs() <= slack {
-                found.push(middle);
-            } else if coefficients[0] * coefficients[n] < 0.0 {
+            if coefficients[0] * coefficients[n] < 0.0 {
                 found.push(crossing(powers, low, high));
             }
         }
         _ => {
             let (left, right) = halved(coefficients);
             let middle = (low + high) / 2.0;
-            isolate(powers, left, (low, middle), slack, found);
-            isolate(powers, right, (middle, high), slack, found);
+            isolate(powers, left, (low, middle), found);
+            isolate(powers, right, (middle, high), found);
         }
     }
 }
