@@ -20,7 +20,7 @@ LAYERS = [
     {"elaborate"},
     {"obligations", "evidence"},
     {"solvers"},
-    {"analyses", "lint", "simulate", "gait", "robot", "learn"},
+    {"analyses", "lint", "simulate", "gait", "recordings", "fitting", "robot", "learn"},
     {"report"},
     {"repair"},
     {"run", "interop"},
