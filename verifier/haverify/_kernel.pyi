@@ -25,6 +25,7 @@ def flowpipe(
     order_degree_steps_depth: tuple[int, int, int, int],
     tolerance_first_longest_least: tuple[float, float, float, float],
 ) -> tuple[list[tuple[Pair, float, list[Pair], list[Pair]]], str, list[Pair]]: ...
+
 Comparisons = list[tuple[int, str]]
 Words = list[tuple[str, int]]
 EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]

@@ -47,6 +47,24 @@ _PLOT = """\
 Draw the figures of a report folder again, from report.json, core.json and the certificates; nothing is run."""
 
 
+_REPLAY = """\
+Replay the cycle of a gait on a robot and judge it: what its joints can do as claims, decided and re-checked like
+those of `check`; what the whole body does by enclosures over the cycle, and by samples where these say so."""
+
+_REPLAY_MORE = """\
+--robot DIR holds robot.toml and the URDF it names; --map says which output drives which joint (docs/robot.md).
+exit codes are those of `check`; a sampled check that breaks its limit counts as unknown (3), advice as nothing."""
+
+
+_FIT = """\
+Read recordings of a walk, find its cycles and phases, fit a polynomial to each joint and phase, and write all of it as
+a spec with claims and tables, ready for `check`. Angles have no step between phases, nor where the cycle closes."""
+
+_FIT_MORE = """\
+DATA: .mot .sto .csv .trc .c3d .json (landmarks); docs/fitting.md says what is expected of each.
+exit codes: 0 the spec is written; 2 a recording cannot be used, and nothing is written"""
+
+
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; a command's name is `command`."""
     top = argparse.ArgumentParser(
@@ -69,6 +87,8 @@ def parser() -> argparse.ArgumentParser:
         _plot,
         _repair,
         _invent,
+        _replay,
+        _fit,
         _init,
         _doctor,
     ):
@@ -189,6 +209,32 @@ def _plot(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("report", metavar="REPORT.json", help="a report in its folder, or the folder")
     p.add_argument("-o", "--output", metavar="DIR", help="where they go (default: figures/ in the report folder)")
     p.add_argument("-p", "--property", metavar="NAME", help="those of one claim only")
+
+
+def _replay(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "replay", _REPLAY, _REPLAY_MORE, help="judge a gait on a robot")
+    p.add_argument("file", metavar="FILE", help="a spec")
+    p.add_argument("--robot", required=True, metavar="DIR", help="the robot's folder, such as models/hoap2")
+    p.add_argument("--map", metavar="MAP.toml", help="which output drives which joint (default: the robot's own)")
+    p.add_argument("--speed", metavar="FACTOR", help="replay at this multiple of the gait's pace (default: the map's)")
+    p.add_argument("--claims", action="store_true", help="print the summary of the claims about the joints too")
+    p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
+    where = p.add_mutually_exclusive_group()
+    where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>-<robot>/)")
+    where.add_argument("--no-report", action="store_true", help="keep no report")
+    p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+
+
+def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "fit", _FIT, _FIT_MORE, help="gait recordings to a spec with tables")
+    p.add_argument("files", nargs="+", metavar="DATA", help="recordings, and ground forces recorded with them")
+    p.add_argument("-o", "--output", required=True, metavar="OUT.ha", help="the spec to write; tables go to OUT/")
+    p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle (default: more cycles)")
+    p.add_argument("--order", type=int, choices=(0, 1, 2), help="derivatives without a step (default 1)")
+    p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
+    p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
+    p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

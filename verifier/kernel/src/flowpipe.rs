@@ -4,7 +4,6 @@ use crate::fault::Fault;
 use crate::flow::ranges;
 pub(crate) use crate::flow::{Flow, Step};
 use crate::interval::{Enclosure, Interval};
-use crate::models::Model;
 use crate::series::{values, Tape};
 use crate::sets::Set;
 use std::ops::{Add, Mul, Sub};

@@ -26,7 +26,15 @@ impl Walk<'_> {
         self.stretch.is_certain &= stays;
         let exponents = self.flow.space.exponents.clone();
         let taken = Taken { h: step.h, exponents, series: step.series().to_vec() };
-        self.stretch.segments.push(Segment { taken, time, states: hull, watched, claim: look.claim, keeps_window, stays });
+        self.stretch.segments.push(Segment {
+            taken,
+            time,
+            states: hull,
+            watched,
+            claim: look.claim,
+            keeps_window,
+            stays,
+        });
         Ok(())
     }
 

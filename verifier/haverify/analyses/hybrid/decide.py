@@ -37,7 +37,7 @@ USUAL = Q(1)
 
 
 def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL) -> Evidence:
-    """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 the usual.
+    """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
 
     Raises
     ------

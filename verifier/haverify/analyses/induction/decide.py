@@ -14,12 +14,13 @@ from haverify.analyses.induction.counterexample import leaving, state_text
 from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.prove import prove
-from haverify.analyses.induction.refutation import Start, at_once, by_run, starts
+from haverify.analyses.induction.refutation import Start, at_once, by_jump, by_run, starts
 from haverify.analyses.induction.refute import Effort
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
-from haverify.evidence.run import Run
+from haverify.evidence.run import Run, Step
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
@@ -31,6 +32,7 @@ from haverify.text.record import holder
 Q = Fraction
 Json = Any
 METHOD = "induction"
+FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
 
 
@@ -96,14 +98,11 @@ def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict,
     """A start, or a run, that violates the goal."""
     told = known.goal(induction.claim, induction.goal)
     verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
-    start = at_once(induction)
+    start = at_once(induction, FEW) or by_jump(induction) or at_once(induction)
     if start is not None:
-        entry = {
-            "kind": "start",
-            "start": _start_json(induction, start),
-            "hash": known.part(told, "start", start.mode, ""),
-        }
-        run = Run(start.mode, _pairs(entry["start"]["values"]), _pairs(entry["start"]["params"]), (), Q(0))
+        entry = started(induction, start, known.part(told, "start", start.mode, ""))
+        steps = tuple(Step(Q(0), k, chosen) for k, chosen in start.jumps)
+        run = Run(start.mode, _pairs(entry["start"]["values"]), _pairs(entry["start"]["params"]), steps, Q(0))
         part = PartResult(number, "start", start.mode, "", f"start in mode {start.mode}", verdict, run)
         return verdict, entry, [part]
     found = by_run(induction)
@@ -111,6 +110,14 @@ def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict,
         return None
     entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
     return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def started(induction: Induction, start: Start, digest: str) -> Json:
+    """The entry for a start that violates the goal."""
+    told = _start_json(induction, start)
+    if start.jumps:
+        told["jumps"] = [{"edge": k, "values": {v: rational_text(q) for v, q in chosen}} for k, chosen in start.jumps]
+    return {"kind": "start", "start": told, "hash": digest}
 
 
 def _pairs(values: Json) -> tuple[tuple[str, Q], ...]:
