@@ -138,7 +138,7 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
             return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
     try:
-        found = decide_invariant(context.spec, context.automaton, claim, context.core)
+        found = decide_invariant(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError:
         return before
     if claim.inductive or not isinstance(found.verdict, Unknown):

@@ -32,6 +32,10 @@ Propose the smallest changes that make a spec plausible: a sign, a decimal place
 open or closed bound, a bit of a rule. Each is tried before it is shown: the changed text is read again and decided
 again, exactly. Nothing is written, and where nothing is wrong nothing is proposed."""
 
+_SIMULATE = """\
+Follow runs of an automaton in floating point: the first one with params at their defaults and everything else in the
+middle, the others by chance. Runs show what a model does; they prove nothing."""
+
 _REPAIR_MORE = """\
 exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong that no small change mends;
 2 call or input cannot be understood. Findings that haverify.lock or @allow accepts are spared in the spec's own text,
@@ -87,6 +91,7 @@ def parser() -> argparse.ArgumentParser:
         _plot,
         _repair,
         _invent,
+        _simulate,
         _replay,
         _fit,
         _init,
@@ -172,6 +177,23 @@ def _invent(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("file", metavar="FILE.ha", help="a spec")
     p.add_argument("-p", "--property", metavar="NAME", help="the claim (default: all that are `always`)")
     p.add_argument("--seconds", type=float, default=40.0, metavar="N", help="CPU time for each claim (default 40)")
+
+
+def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "simulate", _SIMULATE, help="runs of an automaton: tables and drawings")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
+    p.add_argument("-a", "--automaton", metavar="NAME", help="the automaton or system (default: the first)")
+    p.add_argument("-n", "--runs", type=int, default=1, metavar="RUNS", help="how many (default 1)")
+    p.add_argument("--seed", type=int, default=0, metavar="N", help="what chance starts from (default 0)")
+    p.add_argument("--until", default="10s", metavar="TIME", help="the horizon: 10s, 2min (default 10s)")
+    p.add_argument(
+        "--policy",
+        choices=("earliest", "latest", "random"),
+        default="earliest",
+        help="when an edge that may wait is taken (default earliest)",
+    )
+    p.add_argument("--samples", type=int, default=200, metavar="N", help="instants in a table (default 200)")
+    p.add_argument("--csv", metavar="PATH", help="write a table (- for standard output)")
 
 
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -30,7 +30,7 @@ def _pane(walk: Walk, c: Curve) -> Pane:
         series.append(_dots(walk.held_out, c, 2))
     t = np.linspace(0, float(walk.knots.period) * (1 - 1e-9), 401)
     curve = Series(tuple(zip(t.tolist(), c.at(t).tolist(), strict=True)), 1)
-    return Pane(f"{told(c.joint)} [deg]", (*series, curve))
+    return Pane(f"{told(c.joint)} [deg]", (curve, *series))
 
 
 def _dots(cycles: tuple[Cycle, ...], c: Curve, kind: int) -> Series:

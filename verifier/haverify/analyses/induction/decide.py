@@ -30,6 +30,7 @@ from haverify.obligations.premises import formula_json, primitive
 from haverify.text.record import holder
 
 Q = Fraction
+ONE = Fraction(1)
 Json = Any
 METHOD = "induction"
 FEW = 200  # points that are tried first
@@ -49,15 +50,18 @@ class Shown:
         return all(proof is not None for _, proof in self.parts)
 
 
-def decide_invariant(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
-    """What induction shows of a claim.
+def decide_invariant(
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, scale: Fraction = ONE
+) -> Evidence:
+    """What induction shows of a claim; `scale` says how long an invariant is searched for, 1 being usual.
 
     Raises
     ------
     OutsideFragmentError    if the automaton or the claim is not of the kind that invariants are shown of
     """
     known = hashes(spec, automaton, core)
-    answers = [_goal(spec, automaton, claim, goal, known, number) for number, goal in enumerate(claim.goals)]
+    seconds = SECONDS * float(scale)
+    answers = [_goal(spec, automaton, claim, goal, known, number, seconds) for number, goal in enumerate(claim.goals)]
     verdict = _combined([v for v, _, _ in answers])
     parts = tuple(p for _, _, found in answers for p in found)
     if isinstance(verdict, Unknown):
@@ -73,7 +77,7 @@ def _combined(verdicts: list[Verdict]) -> Verdict:
 
 
 def _goal(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int, seconds: float
 ) -> tuple[Verdict, Json, list[PartResult]]:
     used = [c for c in spec.claims if c.name in claim.using]
     using = tuple(c.goals[0].condition for c in used)
@@ -87,7 +91,7 @@ def _goal(
         refuted = _refuted(induction, known, number)
         if refuted is not None:
             return refuted
-        shown = _shown(induction, shown)
+        shown = _shown(induction, shown, seconds)
     if not shown.is_proved():
         return _open(shown), {}, _parts(shown, number)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
@@ -130,10 +134,10 @@ def _quickly(induction: Induction) -> Shown:
     return next((s for s in shown if s.is_proved()), shown[-1])
 
 
-def _shown(induction: Induction, before: Shown) -> Shown:
+def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
     if not induction.claim.inductive and applies(induction):
-        return _invented(induction) or before
+        return _invented(induction, seconds) or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 
@@ -145,9 +149,9 @@ def candidates(induction: Induction) -> Iterator[Invariant]:
     yield {m.name: primitive(induction.aim(m.name)) for m in induction.automaton.modes}
 
 
-def _invented(induction: Induction) -> Shown | None:
+def _invented(induction: Induction, seconds: float) -> Shown | None:
     """What was shown of an invariant that was found, if all of it."""
-    found = invent(induction, SECONDS)
+    found = invent(induction, seconds)
     if found is None:
         return None
     shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
