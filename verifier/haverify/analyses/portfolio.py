@@ -109,9 +109,7 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
     try:
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
-        steady = Evidence(Unknown("fragment", str(e)), (), METHOD)
-        before = steady if claim.using else _by_flowpipe(context, claim, str(e), units)
-        return _by_induction(contexts, context, claim, before, units)
+        return _by_flows(contexts, context, claim, str(e), units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
 
 
@@ -149,10 +147,30 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
     return replace(before, verdict=replace(before.verdict, reason=more))
 
 
+def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
+    """What flowpipes show, or an invariant; that comes first where there is no horizon, or others are used."""
+    if not claim.using and not _is_endless(claim):
+        return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, reason, units), units)
+    found = _by_induction(contexts, context, claim, Evidence(Unknown("fragment", reason), (), METHOD), units)
+    if claim.inductive or not isinstance(found.verdict, Unknown) or found.verdict.kind in ("dependency", "vacuous"):
+        return found
+    flow = _by_flowpipe(context, claim, reason, units)
+    if not isinstance(flow.verdict, Unknown) or found.verdict.reason == reason:
+        return flow
+    more = f"{flow.verdict.reason}; no invariant was found that shows it"
+    return replace(flow, verdict=replace(flow.verdict, reason=more))
+
+
+def _is_endless(claim: Claim) -> bool:
+    """Whether all goals speak of all time."""
+    has_end = any(g.within is not None or g.window is not None or g.kind in ("reach", "stl") for g in claim.goals)
+    return claim.time is None and claim.jumps is None and not has_end
+
+
 def _is_steady(context: Context) -> bool:
     """Whether every rate is a number."""
     lines = [line for m in context.automaton.modes for line in m.flow]
-    return all(line.rate.op == "num" for line in lines if isinstance(line.rate, Expr))
+    return all(isinstance(line.rate, Expr) and line.rate.op == "num" for line in lines)
 
 
 def _by_flowpipe(context: Context, claim: Claim, reason: str, units: int) -> Evidence:

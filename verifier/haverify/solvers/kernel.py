@@ -23,8 +23,11 @@ Words = list[tuple[str, int]]
 Comparisons = list[tuple[int, str]]
 # Target, urgent, guard, reset, choices, quantities of the landing, the claim on these.
 EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
-# Field, watched quantities, domain, what else it says, claim, window, edges.
-ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, Words, list[EdgeListing]]
+# Field, ranges of inputs (variables of the field after those of the state), watched quantities, domain, what else holds
+# on runs that are judged, a condition without which they end, claim, window, edges.
+ModeListing = tuple[Listing, list[Pair], Listing, Comparisons, Comparisons, Words, Words, Words, list[EdgeListing]]
+
+INPUT = "input: "
 
 _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
@@ -59,6 +62,8 @@ class Tape:
     def _added(self, e: Expr) -> int:
         if e.op in ("var", "param"):
             return self._variable(e.name, f"`{e.name}`")
+        if e.op == "input":
+            return self._input(e.name)
         if e.op == "time":
             return self._variable("time", "`time`")
         if e.op in ("let", "const"):
@@ -124,6 +129,11 @@ class Tape:
         if name not in self.variables:
             raise OutsideFragmentError(f"{shown} is no real variable of the flow")
         return self._push("variable", self.variables[name], 0)
+
+    def _input(self, name: str) -> int:
+        if INPUT + name not in self.variables:
+            raise OutsideFragmentError(f"the input `{name}` outside of the right sides of flows")
+        return self._variable(INPUT + name, f"`{name}`")
 
     def _constant(self, value: Interval) -> int:
         pair = (value.low, value.high)
@@ -271,7 +281,8 @@ class Stretch:
     """Flow in one mode between jumps. `parent` is the number of the stretch it comes from.
 
     It is certain if all the runs it encloses exist. `end` is `horizon`, `answered`, `jumped`, `left` (runs may have
-    left the domain without a jump), `cut` (its set goes on in two stretches), `jumps` (beyond the budget), or a reason.
+    left the domain without a jump), `cut` (its set goes on in two stretches), `passed` (all states are among those from
+    which runs are followed elsewhere), `jumps` (beyond the budget), or a reason.
     `last` are the states at the horizon, where they are known better than by the last step.
     """
 
@@ -305,7 +316,8 @@ def reach(
     """The tree of stretches that encloses all runs from a box in a mode, up to a horizon.
 
     `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly. `until` is
-    `horizon`, `met` or `violated`: where the following of a stretch may stop.
+    `horizon`, `met` or `violated`: where the following of a stretch may stop; or `passed`: where nothing depends on
+    time, it also stops where runs go on as others do, and sets after jumps may be widened.
 
     Raises
     ------

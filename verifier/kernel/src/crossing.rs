@@ -24,7 +24,7 @@ const LOOKS: u32 = 5;
 /// Rounds of Newton's iteration: each doubles the degree that is right.
 const ROUNDS: usize = 4;
 
-/// The rate of a quantity along a field.
+/// The rate of a quantity along a field, inputs in the middle.
 fn rate(space: &Space, quantity: &Tape, field: &Tape, at: &[Model]) -> Result<Model, Fault> {
     let slopes = jacobian(space, quantity, at)?.swap_remove(0);
     let speeds = values(space, field, at)?;
@@ -34,7 +34,10 @@ fn rate(space: &Space, quantity: &Tape, field: &Tape, at: &[Model]) -> Result<Mo
 impl Flow<'_> {
     /// The range of a quantity's rate during a part of the step.
     fn rate_during(&self, step: &Step, quantity: &Tape, t: Interval) -> Enclosure {
-        self.space.range(&rate(&self.space, quantity, self.field(), &self.states(step, t)?)?)
+        let states = self.states(step, t)?;
+        let slopes = jacobian(&self.space, quantity, &states)?.swap_remove(0);
+        let speeds = self.speeds(&self.space, &states)?;
+        self.space.range(&self.space.sum(slopes.iter().zip(&speeds).map(|(s, v)| (1.0, s, v)))?)
     }
 
     /// The least magnitude of a quantity's rate during a part of the step, if it has the sign all the time.
@@ -78,7 +81,7 @@ impl Flow<'_> {
             return Ok(None);
         }
         let window = Interval::new((reached.low() - raised(error)).next_down().max(0.0), until)?;
-        let speeds = values(&self.space, self.field(), &self.states(step, window)?)?;
+        let speeds = self.speeds(&self.space, &self.states(step, window)?)?;
         let mut moved = Vec::with_capacity(states.len());
         for (state, speed) in states.iter().zip(&speeds) {
             let extra = raised(self.space.range(speed)?.norm() * error);

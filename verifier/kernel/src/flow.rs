@@ -13,10 +13,11 @@
 use crate::errors::Errors;
 use crate::fault::Fault;
 use crate::flowpipe::Settings;
+use crate::inputs::Inputs;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
-use crate::models::{Model, Space};
-use crate::series::{Ring, Tape};
+use crate::models::{raised, Model, Space};
+use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::sweep::Sweep;
 use std::cell::RefCell;
@@ -44,8 +45,10 @@ pub(crate) struct Tube {
     pub(crate) states: Vec<Model>,
     /// How the slopes alone move errors to the end of the step.
     across: Matrix,
-    /// Bounds of what the errors at its start are at any of its instants.
+    /// Bounds of what the errors at its start, and inputs since then, are at any of its instants.
     moved: Vec<f64>,
+    /// The part of them that inputs have.
+    pushed: Vec<f64>,
 }
 
 /// What became of looking for a tube.
@@ -66,6 +69,7 @@ pub(crate) struct Step {
 /// A set on its way along a field.
 pub(crate) struct Flow<'a> {
     field: &'a Tape,
+    inputs: Option<&'a Inputs>,
     settings: &'a Settings,
     pub(crate) space: Space,
     /// The space of what errors and tubes need.
@@ -120,7 +124,40 @@ impl<'a> Flow<'a> {
             start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
             before: None,
         });
-        Flow { field, settings, space, linear, centre, errors, sweeps }
+        Flow { field, inputs: None, settings, space, linear, centre, errors, sweeps }
+    }
+
+    /// The same with inputs, of which the field has the middle.
+    pub(crate) fn with_inputs(self, inputs: Option<&'a Inputs>) -> Flow<'a> {
+        Flow { inputs, ..self }
+    }
+
+    /// The rates at some states, for all inputs.
+    pub(crate) fn speeds(&self, space: &Space, states: &[Model]) -> Result<Vec<Model>, Fault> {
+        let mut found = values(space, self.field, states)?;
+        if let Some(inputs) = self.inputs {
+            for (rate, more) in found.iter_mut().zip(inputs.spread(space, states, |m| space.range(m))?) {
+                rate.radius = if more == 0.0 { rate.radius } else { raised(rate.radius + more) };
+            }
+        }
+        Ok(found)
+    }
+
+    /// What inputs add to errors within a time h, while the states are in a tube: with one more variable, which stays 1,
+    /// they are a slope of the rates by it.
+    fn pushed(&self, states: &[Model], slopes: &Matrix, h: f64) -> Result<Vec<f64>, Fault> {
+        let Some(inputs) = self.inputs else { return Ok(vec![0.0; states.len()]) };
+        let spread = inputs.spread(&self.linear, states, |m| self.linear.range(m))?;
+        let n = states.len();
+        let wide = Matrix::from_fn(n + 1, |i, j| match (i, j) {
+            (i, j) if i < n && j < n => slopes.entry(i, j),
+            (i, _) if i < n => Interval::exactly(spread[i]),
+            _ => Ok(Interval::ZERO),
+        })?;
+        let one: Vec<f64> = (0..=n).map(|v| if v == n { 1.0 } else { 0.0 }).collect();
+        let mut found = wide.growth(h, &one).ok_or(Fault::Overflow)?;
+        found.truncate(n);
+        Ok(found)
     }
 
     /// A step of at most `wanted`, and the length to try next.
@@ -196,7 +233,10 @@ impl<'a> Flow<'a> {
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
             let (lagrange, slopes) = self.swept(&states)?;
+            let pushed = self.pushed(&states, &slopes, h)?;
             let moved = slopes.growth(h, &errors).ok_or(Fault::Overflow)?;
+            let with = |(m, p): (f64, &f64)| if *p == 0.0 { m } else { raised(m + p) };
+            let moved: Vec<f64> = moved.into_iter().zip(&pushed).map(with).collect();
             let mut landed = Vec::with_capacity(motion.len());
             for v in 0..motion.len() {
                 landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
@@ -205,7 +245,14 @@ impl<'a> Flow<'a> {
                 let far = lagrange.iter().map(|l| l.norm()).collect();
                 let across = slopes.transition(Interval::exactly(h)?)?;
                 self.sweeps.borrow_mut().before = Some((slopes.clone(), far));
-                return Ok(Tried::Found(Tube { lagrange, slopes, states: self.around(&landed)?, across, moved }));
+                return Ok(Tried::Found(Tube {
+                    lagrange,
+                    slopes,
+                    states: self.around(&landed)?,
+                    across,
+                    moved,
+                    pushed,
+                }));
             }
             let factor = self.share(&lagrange, h);
             if factor < TOO_LONG {
@@ -347,10 +394,10 @@ impl<'a> Flow<'a> {
         let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;
         let last = h.powi(order as i32 + 1)?;
         let (mut centre, mut radii) = (Vec::new(), Vec::new());
-        for (series, lagrange) in step.series.iter().zip(&step.tube.lagrange) {
+        for ((series, lagrange), pushed) in step.series.iter().zip(&step.tube.lagrange).zip(&step.tube.pushed) {
             let model = self.space.combination(series, &powers)?;
             let model = self.space.shifted(&model, last.mul(*lagrange)?)?;
-            radii.push(model.radius);
+            radii.push(if *pushed == 0.0 { model.radius } else { raised(model.radius + pushed) });
             centre.push(self.space.polynomial(&model));
         }
         self.errors = self.errors.moved(&self.linear, &step.transition, &radii)?;

@@ -116,7 +116,7 @@ impl Flow<'_> {
     /// inside what the step itself says of them.
     pub(crate) fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
         let back = Interval::new(first, step.h)?.sub(Interval::exactly(step.h)?)?;
-        let rates = ranges(&self.linear, &values(&self.linear, self.field(), &step.tube.states)?)?;
+        let rates = ranges(&self.linear, &self.speeds(&self.linear, &step.tube.states)?)?;
         let ends = self.set()?.hull()?;
         let both = ends.iter().zip(&rates).zip(during);
         both.map(|((end, rate), during)| end.add(rate.mul(back)?)?.intersection(*during)).collect()

@@ -11,15 +11,21 @@
 use crate::condition::{Comparison, Condition};
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Settings, Step};
+use crate::inputs::Inputs;
 use crate::interval::Interval;
 use crate::models::Model;
 use crate::series::{values, Op, Tape};
 use crate::sets::Set;
-use crate::walk::{all, judged, leaves, ranges, Clock, Event, Walk};
+use crate::spreading::Spreading;
+use crate::walk::{all, judged, kept, leaves, ranges, Clock, Event, Walk};
 use std::collections::VecDeque;
+use std::ops::{Add, Sub};
 
 /// How many more variables than the state a set may have.
 const SPARE: usize = 1;
+/// After how many landings in a mode those without a horizon are widened, and by what part of their width.
+const LANDINGS: usize = 3;
+const WIDENED: f64 = 0.05;
 
 /// A conjunction of comparisons of watched quantities with zero.
 pub type Guard = Vec<(usize, Comparison)>;
@@ -46,8 +52,12 @@ pub struct Mode {
     /// The field times a further variable, which does not change.
     pub paced: Tape,
     pub watch: Tape,
+    /// What the field is for other inputs than those in the middle of their ranges, if it has any.
+    pub inputs: Option<Inputs>,
     /// Read as closed.
     pub domain: Guard,
+    /// What else holds on every run that is judged; it ends none.
+    pub facts: Guard,
     /// What else the domain says: runs may end where it does not hold.
     pub rest: Condition,
     pub claim: Condition,
@@ -71,12 +81,59 @@ pub fn paced(field: &Tape) -> Result<Tape, Fault> {
     Tape::validated(ops, outputs, field.outputs.len() + 1)
 }
 
+impl Mode {
+    /// What is left of watched ranges on runs that are in the mode and judged; `None` if there are none.
+    pub(crate) fn kept(&self, values: &[Interval]) -> Option<Vec<Interval>> {
+        let mut known = kept(&self.facts, &kept(&self.domain, values)?)?;
+        for &(at, _) in self.domain.iter().chain(&self.facts) {
+            let Some((v, shift)) = self.shifted(at) else { continue };
+            for other in (0..known.len()).filter(|&o| o != at) {
+                let Some((w, by)) = self.shifted(other) else { continue };
+                let same = || known[at].add(shift)?.sub(by);
+                if let (true, Ok(range)) = (v == w, same()) {
+                    known[other] = known[other].intersection(range).unwrap_or(known[other]);
+                }
+            }
+        }
+        Some(known)
+    }
+
+    /// What bounds of single variables in the domain and in a guard leave of a box; `None` if nothing.
+    pub(crate) fn cut(&self, sides: &[Interval], guard: &Guard) -> Option<Vec<Interval>> {
+        let mut found = sides.to_vec();
+        for &(at, comparison) in self.domain.iter().chain(&self.facts).chain(guard) {
+            let Some((v, shift)) = self.shifted(at) else { continue };
+            let Ok(moved) = found[v].sub(shift) else { continue };
+            let kept = comparison.keep(moved)?;
+            if let Ok(back) = kept.add(shift) {
+                found[v] = found[v].intersection(back).ok()?;
+            }
+        }
+        Some(found)
+    }
+
+    /// The variable and the number whose difference a watched quantity is, if it is one.
+    fn shifted(&self, at: usize) -> Option<(usize, Interval)> {
+        let ops = &self.watch.ops;
+        match ops[self.watch.outputs[at]] {
+            Op::Variable(v) => Some((v, Interval::ZERO)),
+            Op::Sub(a, b) => match (ops[a], ops[b]) {
+                (Op::Variable(v), Op::Constant(c)) => Some((v, c)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
 /// When following may stop: never before the horizon, or where the claim certainly holds or fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Until {
     Horizon,
     Met,
     Violated,
+    /// Nothing depends on time: where all states are among those of which others were followed from, or the same before.
+    Passed,
 }
 
 /// Limits of the analysis.
@@ -142,6 +199,8 @@ pub enum End {
     },
     /// Cut in two stretches.
     Cut,
+    /// All states are among those from which runs are followed elsewhere.
+    Passed,
     Jumps,
     Steps,
     Stretches,
@@ -175,22 +234,39 @@ struct Waiting {
 }
 
 /// A jump that was made, and where it led to.
-struct Landing {
-    edge: usize,
-    set: Set,
+pub(crate) struct Landing {
+    pub(crate) edge: usize,
+    pub(crate) set: Set,
     jump: Jump,
-    is_certain: bool,
+    pub(crate) is_certain: bool,
     is_boxed: bool,
 }
 
-struct Analysis<'a> {
-    modes: &'a [Mode],
+pub(crate) struct Analysis<'a> {
+    pub(crate) modes: &'a [Mode],
     horizon: f64,
     until: Until,
-    settings: &'a Settings,
+    pub(crate) settings: &'a Settings,
     budget: &'a Budget,
     waiting: VecDeque<Waiting>,
     found: Vec<Stretch>,
+    /// Where no horizon ends the analysis: boxes from which runs are followed, by mode; time is left out.
+    passed: Vec<(usize, Vec<Interval>)>,
+}
+
+impl Landing {
+    /// The same for further landings by the edge.
+    pub(crate) fn widen(&mut self, other: &Landing) -> Result<(), Fault> {
+        let (mine, its) = (&mut self.jump, &other.jump);
+        mine.time = mine.time.hull(its.time)?;
+        for (x, y) in mine.before.iter_mut().zip(&its.before).chain(mine.after.iter_mut().zip(&its.after)) {
+            *x = x.hull(*y)?;
+        }
+        let (a, b) = (&mut mine.claim, &its.claim);
+        (a.holds, a.fails, a.violated) = (a.holds && b.holds, a.fails && b.fails, None);
+        a.met = if a.holds { Some(mine.time) } else { None };
+        Ok(())
+    }
 }
 
 /// Where runs start: a mode, a box, comparisons of watched quantities that hold there exactly.
@@ -225,7 +301,9 @@ pub fn reach(
         sides: start.sides.clone(),
     };
     let waiting = VecDeque::from([first]);
-    let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new() };
+    let states = start.sides[..start.sides.len() - 1].to_vec();
+    let passed = vec![(start.mode, states)];
+    let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new(), passed };
     while let Some(next) = analysis.waiting.pop_front() {
         let is_over = analysis.found.len() >= budget.stretches;
         let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
@@ -251,6 +329,7 @@ fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
         };
         m.field.outputs.len() == n
             && within(&m.domain, count)
+            && within(&m.facts, count)
             && m.claim.reach().max(m.window.reach()).max(m.rest.reach()) <= count
             && m.edges.iter().all(edge)
     };
@@ -289,20 +368,37 @@ fn bare(from: &Waiting, end: End) -> Stretch {
 }
 
 impl<'a> Analysis<'a> {
-    fn follow(&mut self, from: Waiting) -> Stretch {
+    fn follow(&mut self, mut from: Waiting) -> Stretch {
+        if self.until == Until::Passed && from.jump.is_some() {
+            match self.boxed(&from) {
+                Ok(Some(set)) => (from.set, from.is_certain) = (set, false),
+                Ok(None) => return bare(&from, End::Passed),
+                Err(fault) => return bare(&from, End::Stopped(fault)),
+            }
+        }
         if from.jumps > self.budget.jumps {
             return bare(&from, End::Jumps);
         }
         let mode = &self.modes[from.mode];
         let stretch = bare(&from, End::Steps);
-        let flow = Flow::new(&mode.field, from.set, self.settings);
+        let flow = Flow::new(&mode.field, from.set, self.settings).with_inputs(mode.inputs.as_ref());
         let number = self.found.len();
-        let mut walk =
-            Walk { number, mode, flow, stretch, cuts: from.cuts, paced: 0, known: from.known, sides: from.sides };
+        let mut walk = Walk {
+            number,
+            mode,
+            flow,
+            stretch,
+            cuts: from.cuts,
+            paced: 0,
+            known: from.known,
+            sides: from.sides,
+            spreading: Spreading::default(),
+        };
         match self.walked(&mut walk) {
             Ok(end) => walk.stretch.end = end,
             Err(fault) => walk.stretch.end = End::Stopped(fault),
         }
+        self.settle(&mut walk);
         walk.stretch
     }
 
@@ -323,6 +419,11 @@ impl<'a> Analysis<'a> {
             if quiet >= step.h {
                 self.pass(walk, &step)?;
                 h = next;
+            } else if walk.spreading.has_begun {
+                if !self.spread(walk, &step)? {
+                    return Ok(End::Jumped { may_be_stuck: walk.spreading.may_be_stuck });
+                }
+                h = next;
             } else if let Some(end) = self.crossed(walk, &step)? {
                 return Ok(end);
             } else if walk.pace(&step)? {
@@ -331,11 +432,18 @@ impl<'a> Analysis<'a> {
                 h = next.min(step.h);
                 let step = walk.flow.shortened(step, quiet)?;
                 self.pass(walk, &step)?;
-            } else if !self.open_jumps(walk, &step)? {
-                return self.cut(walk);
+            } else if self.open_jumps(walk, &step)? {
+                // The flow goes on beside its jumps.
+            } else if let Some(end) = self.cut(walk)? {
+                return Ok(end);
+            } else if !self.spread(walk, &step)? {
+                return Ok(End::Jumped { may_be_stuck: walk.spreading.may_be_stuck });
             }
             if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
                 return Ok(End::Answered);
+            }
+            if self.until == Until::Passed && self.is_passed(walk.stretch.mode, &walk.set()?.hull()?) {
+                return Ok(End::Passed);
             }
         }
         Ok(End::Steps)
@@ -343,10 +451,38 @@ impl<'a> Analysis<'a> {
 
     fn is_answered(&self, claim: Option<&Judgement>) -> bool {
         match self.until {
-            Until::Horizon => false,
+            Until::Horizon | Until::Passed => false,
             Until::Met => claim.is_some_and(|c| c.met.is_some()),
             Until::Violated => claim.is_some_and(|c| c.violated.is_some()),
         }
+    }
+
+    /// Whether the states of a box with a time are all among those from which runs are followed.
+    fn is_passed(&self, mode: usize, hull: &[Interval]) -> bool {
+        let inside =
+            |known: &[Interval]| known.iter().zip(hull).all(|(k, x)| k.low() <= x.low() && x.high() <= k.high());
+        self.passed.iter().any(|(m, known)| *m == mode && inside(known))
+    }
+
+    /// The box from which a landing is followed: wider than it where landings in the mode do not come to an end. `None`
+    /// where its runs are followed elsewhere.
+    fn boxed(&mut self, from: &Waiting) -> Result<Option<Set>, Fault> {
+        let mode = &self.modes[from.mode];
+        let Some(mut hull) = mode.cut(&from.set.hull()?, &Vec::new()) else { return Ok(None) };
+        if self.is_passed(from.mode, &hull) {
+            return Ok(None);
+        }
+        let before: Vec<&Vec<Interval>> = self.passed.iter().filter(|(m, _)| *m == from.mode).map(|(_, b)| b).collect();
+        if before.len() >= LANDINGS {
+            let last = before[before.len() - 1].clone();
+            for (x, known) in hull.iter_mut().zip(&last) {
+                let both = x.hull(*known)?;
+                *x = both.add(Interval::symmetric(WIDENED * both.width()?)?)?;
+            }
+            hull = mode.cut(&hull, &Vec::new()).ok_or(Fault::Crossing)?;
+        }
+        self.passed.push((from.mode, hull[..hull.len() - 1].to_vec()));
+        Ok(Some(Set::of_box(&hull, self.settings.degree.max(1))))
     }
 
     /// Record a step without events and take it.
@@ -413,7 +549,12 @@ impl<'a> Analysis<'a> {
         if !is_quiet {
             for edge in open {
                 let Some(part) = walk.possible_before(step, event, edge, (0.0, 1.0), depth)? else { continue };
-                let early = walk.states_before(step, event, part)?;
+                let mut early = walk.states_before(step, event, part)?;
+                if self.until == Until::Passed {
+                    let guard = &walk.mode.edges[edge].guard;
+                    let Some(sides) = walk.mode.cut(&early.hull()?, guard) else { continue };
+                    early = Set::of_box(&sides, self.settings.degree.max(1));
+                }
                 self.landing(walk, edge, &early, false)?.into_iter().for_each(|l| self.leave(walk, l));
             }
         }
@@ -426,7 +567,13 @@ impl<'a> Analysis<'a> {
     }
 
     /// What a jump makes of a set; `None` where it leads out of the target's domain, so that there is no such jump.
-    fn landing(&self, walk: &Walk<'a>, number: usize, set: &Set, is_certain: bool) -> Result<Option<Landing>, Fault> {
+    pub(crate) fn landing(
+        &self,
+        walk: &Walk<'a>,
+        number: usize,
+        set: &Set,
+        is_certain: bool,
+    ) -> Result<Option<Landing>, Fault> {
         let edge = &walk.mode.edges[number];
         let wide = if edge.choices > 0 { set.with_choices(edge.choices) } else { set.clone() };
         let before = &wide.models[..set.models.len()];
@@ -451,7 +598,7 @@ impl<'a> Analysis<'a> {
         Ok(Some(Landing { edge: number, set, jump, is_certain, is_boxed }))
     }
 
-    fn leave(&mut self, walk: &Walk<'a>, mut landing: Landing) {
+    pub(crate) fn leave(&mut self, walk: &Walk<'a>, mut landing: Landing) {
         if !walk.stretch.is_certain {
             landing.jump.claim.violated = None;
         }
@@ -477,10 +624,15 @@ impl<'a> Analysis<'a> {
         }
         walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
         for number in 0..walk.mode.edges.len() {
-            let Some(part) = walk.possible(step, number, 0.0, step.h, depth)? else { continue };
-            let mut models = walk.flow.states(step, part)?;
-            models.truncate(walk.mode.field.outputs.len());
-            let set = Set { space: walk.flow.space.clone(), models };
+            let Some(part) = walk.possible(step, &walk.mode.edges[number].guard, 0.0, step.h, depth)? else { continue };
+            let set = if self.until == Until::Passed {
+                let Some(set) = self.at_guard(walk, step, part, &walk.mode.edges[number].guard)? else { continue };
+                set
+            } else {
+                let mut models = walk.flow.states(step, part)?;
+                models.truncate(walk.mode.field.outputs.len());
+                Set { space: walk.flow.space.clone(), models }
+            };
             if let Some(landing) = self.landing(walk, number, &set, false)? {
                 self.leave(walk, landing);
             }
@@ -489,12 +641,12 @@ impl<'a> Analysis<'a> {
         Ok(true)
     }
 
-    /// Go on with the halves of the set.
-    fn cut(&mut self, walk: &mut Walk<'a>) -> Result<End, Fault> {
-        if walk.cuts >= self.budget.cuts {
-            return Ok(End::Stopped(Fault::Crossing));
+    /// Go on with the halves of the set, where it may help: inputs spread smaller sets as well.
+    fn cut(&mut self, walk: &mut Walk<'a>) -> Result<Option<End>, Fault> {
+        if walk.cuts >= self.budget.cuts || walk.mode.inputs.is_some() || self.until == Until::Passed {
+            return Ok(None);
         }
-        let Some(halves) = walk.set()?.halves() else { return Ok(End::Stopped(Fault::Crossing)) };
+        let Some(halves) = walk.set()?.halves() else { return Ok(None) };
         for set in halves {
             self.waiting.push_back(Waiting {
                 parent: Some(walk.number),
@@ -508,6 +660,6 @@ impl<'a> Analysis<'a> {
                 sides: Vec::new(),
             });
         }
-        Ok(End::Cut)
+        Ok(Some(End::Cut))
     }
 }

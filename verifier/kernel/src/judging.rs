@@ -3,11 +3,12 @@
 use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::flowpipe::Step;
-use crate::hybrid::{Judgement, Segment, Taken};
+use crate::hybrid::{Judgement, Mode, Segment, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
-use crate::walk::{judged, kept, Clock, Walk};
+use crate::walk::{judged, Clock, Walk};
+use std::ops::Add;
 
 impl Walk<'_> {
     /// Judge the claim and the window during a step, and keep what was seen.
@@ -48,7 +49,7 @@ impl Walk<'_> {
         let states = self.states(step, clock, part.0, part.1)?;
         let Some(watched) = self.watched_until(&states, clock)? else { return Ok(()) };
         // Where the domain holds nowhere there is no run to judge.
-        let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
+        let Some(mut known) = self.mode.kept(&watched) else { return Ok(()) };
         if part.0 == 0.0 && self.stretch.segments.is_empty() && !self.known.is_empty() {
             self.add_known(&states, &mut known);
         }
@@ -84,7 +85,7 @@ impl Walk<'_> {
         }
         self.keep_below_the_start(&mut inside);
         for &(at, comparison) in &self.known {
-            let rate = interval_rate(&self.quantity(at), &self.mode.field, &inside);
+            let rate = interval_rate(&self.quantity(at), self.mode, &inside);
             let goes_away = rate.is_ok_and(|rate| match comparison {
                 Comparison::AtMost => rate.high() <= 0.0,
                 Comparison::AtLeast => rate.low() >= 0.0,
@@ -101,7 +102,7 @@ impl Walk<'_> {
     /// Cut a box of states since the start where variables only fall, or only rise: twice, as one helps the other.
     fn keep_below_the_start(&self, inside: &mut [Interval]) {
         for _ in 0..2 {
-            let Ok(speeds) = values(&IntervalRing, &self.mode.field, inside) else { return };
+            let Ok(speeds) = interval_speeds(self.mode, inside) else { return };
             for ((x, speed), side) in inside.iter_mut().zip(speeds).zip(&self.sides) {
                 let low = if speed.low() >= 0.0 { x.low().max(side.low()) } else { x.low() };
                 let high = if speed.high() <= 0.0 { x.high().min(side.high()) } else { x.high() };
@@ -111,10 +112,21 @@ impl Walk<'_> {
     }
 }
 
-/// The range of a quantity's rate along a field, for states in a box.
-fn interval_rate(quantity: &Tape, field: &Tape, states: &[Interval]) -> Enclosure {
+/// The ranges of the rates for states in a box and all inputs.
+fn interval_speeds(mode: &Mode, states: &[Interval]) -> Result<Vec<Interval>, Fault> {
+    let mut speeds = values(&IntervalRing, &mode.field, states)?;
+    if let Some(inputs) = &mode.inputs {
+        for (speed, more) in speeds.iter_mut().zip(inputs.spread(&IntervalRing, states, |x| Ok(*x))?) {
+            *speed = speed.add(Interval::symmetric(more)?)?;
+        }
+    }
+    Ok(speeds)
+}
+
+/// The range of a quantity's rate along a mode's flow, for states in a box.
+fn interval_rate(quantity: &Tape, mode: &Mode, states: &[Interval]) -> Enclosure {
     let slopes = jacobian(&IntervalRing, quantity, states)?.swap_remove(0);
-    let speeds = values(&IntervalRing, field, states)?;
+    let speeds = interval_speeds(mode, states)?;
     IntervalRing.sum(slopes.iter().zip(&speeds).map(|(s, v)| (1.0, s, v)))
 }
 

@@ -23,6 +23,7 @@ pub mod fault;
 mod flow;
 pub mod flowpipe;
 pub mod hybrid;
+pub mod inputs;
 pub mod interval;
 mod judging;
 pub mod matrix;
@@ -38,6 +39,7 @@ pub mod sets;
 pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
+mod spreading;
 pub mod stepping;
 pub mod sweep;
 mod walk;

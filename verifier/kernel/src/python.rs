@@ -6,6 +6,7 @@ use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
 use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Taken, Until};
+use crate::inputs::Inputs;
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::ratio;
@@ -143,11 +144,12 @@ fn guard(given: &Comparisons) -> Result<Guard, Why> {
 
 /// An edge as Python gives it: target, urgent, guard, reset, choices, landing, claim.
 type EdgeListing = (usize, bool, Comparisons, Listing, usize, Listing, Words);
-/// A mode as Python gives it: field, watched quantities, domain, what else it says, claim, window, edges.
-type ModeListing = (Listing, Listing, Comparisons, Words, Words, Words, Vec<EdgeListing>);
+/// A mode as Python gives it: field, ranges of inputs, watched quantities, domain, facts, what else is said, claim,
+/// window, edges.
+type ModeListing = (Listing, Vec<Pair>, Listing, Comparisons, Comparisons, Words, Words, Words, Vec<EdgeListing>);
 
 fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
-    let (field, watch, domain, rest, claim, window, edges) = listing;
+    let (field, inputs, watch, domain, facts, rest, claim, window, edges) = listing;
     let edge = |(target, is_urgent, guarded, reset, choices, landing, claim): &EdgeListing| -> Result<Edge, Why> {
         Ok(Edge {
             target: *target,
@@ -159,12 +161,20 @@ fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
             claim: condition(&mut claim.iter(), 0)?,
         })
     };
-    let field = tape(field, variables)?;
+    let whole = tape(field, variables + inputs.len())?;
+    let (field, inputs) = if inputs.is_empty() {
+        (whole, None)
+    } else {
+        let inputs = Inputs::new(whole, intervals(inputs)?);
+        (inputs.settled()?, Some(inputs))
+    };
     Ok(Mode {
         paced: paced(&field)?,
         field,
         watch: tape(watch, variables)?,
+        inputs,
         domain: guard(domain)?,
+        facts: guard(facts)?,
         rest: condition(&mut rest.iter(), 0)?,
         claim: condition(&mut claim.iter(), 0)?,
         window: condition(&mut window.iter(), 0)?,
@@ -206,6 +216,7 @@ fn stretch_row(s: &Stretch) -> StretchRow {
         Ended::Jumped { may_be_stuck: false } => "jumped".to_owned(),
         Ended::Jumped { may_be_stuck: true } => "left".to_owned(),
         Ended::Cut => "cut".to_owned(),
+        Ended::Passed => "passed".to_owned(),
         Ended::Jumps => "jumps".to_owned(),
         Ended::Steps => "the steps allowed were used up".to_owned(),
         Ended::Stretches => "the stretches allowed were used up".to_owned(),
@@ -241,6 +252,7 @@ fn tree(
             "horizon" => Until::Horizon,
             "met" => Until::Met,
             "violated" => Until::Violated,
+            "passed" => Until::Passed,
             _ => return Err(Why::Unknown),
         };
         let given: Vec<Mode> = modes.iter().map(|m| mode(m, start.1.len())).collect::<Result<_, _>>()?;

@@ -8,6 +8,7 @@ use crate::interval::Interval;
 use crate::models::Model;
 use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
+use crate::spreading::Spreading;
 use std::ops::Div;
 
 /// How often the pace of a stretch may be changed.
@@ -25,6 +26,7 @@ pub(crate) struct Walk<'a> {
     /// What holds exactly where runs start, and the box they start in; nothing where the stretch is no start.
     pub(crate) known: Guard,
     pub(crate) sides: Vec<Interval>,
+    pub(crate) spreading: Spreading,
 }
 
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
@@ -147,7 +149,8 @@ impl Walk<'_> {
             .events()
             .into_iter()
             .find_map(|(at, is_rising)| self.flow.approach(step, &self.quantity(at), is_rising));
-        let Some(way) = way.filter(|_| self.paced < PACES) else { return Ok(false) };
+        let may = self.paced < PACES && self.mode.inputs.is_none();
+        let Some(way) = way.filter(|_| may) else { return Ok(false) };
         let longest = self.flow.space.range(&way)?;
         if longest.low() <= 0.0 {
             return Ok(false);
@@ -196,7 +199,7 @@ impl Walk<'_> {
         values(space, &self.mode.watch, states)?.iter().map(|m| space.range(m)).collect()
     }
 
-    fn watched_during(&self, step: &Step, from: f64, to: f64) -> Result<Vec<Interval>, Fault> {
+    pub(crate) fn watched_during(&self, step: &Step, from: f64, to: f64) -> Result<Vec<Interval>, Fault> {
         self.watched(&self.flow.states(step, Interval::new(from, to)?)?)
     }
 
@@ -239,7 +242,7 @@ impl Walk<'_> {
         if !self.is_inside(step, &watched, from, to) {
             return false;
         }
-        let Some(known) = kept(&self.mode.domain, &watched) else { return false };
+        let Some(known) = self.mode.kept(&watched) else { return false };
         self.mode.edges.iter().all(|e| all(&e.guard, &known) == Some(false))
     }
 
@@ -253,33 +256,33 @@ impl Walk<'_> {
 
     /// Whether an urgent edge may be due in the step.
     pub(crate) fn may_be_urgent(&self, step: &Step, depth: u32) -> Result<bool, Fault> {
-        for (number, edge) in self.mode.edges.iter().enumerate() {
-            if edge.is_urgent && self.possible(step, number, 0.0, step.h, depth)?.is_some() {
+        for edge in &self.mode.edges {
+            if edge.is_urgent && self.possible(step, &edge.guard, 0.0, step.h, depth)?.is_some() {
                 return Ok(true);
             }
         }
         Ok(false)
     }
 
-    /// An interval of time outside which an edge is not enabled in the step.
+    /// An interval of time outside which a guard does not hold in the step.
     pub(crate) fn possible(
         &self,
         step: &Step,
-        number: usize,
+        guard: &Guard,
         from: f64,
         to: f64,
         depth: u32,
     ) -> Result<Option<Interval>, Fault> {
         let watched = self.watched_during(step, from, to)?;
-        let Some(known) = kept(&self.mode.domain, &watched) else { return Ok(None) };
-        match all(&self.mode.edges[number].guard, &known) {
+        let Some(known) = self.mode.kept(&watched) else { return Ok(None) };
+        match all(guard, &known) {
             Some(false) => return Ok(None),
             None if depth > 0 => {}
             _ => return Ok(Some(Interval::new(from, to)?)),
         }
         let middle = 0.5 * (from + to);
-        let first = self.possible(step, number, from, middle, depth - 1)?;
-        let second = self.possible(step, number, middle, to, depth - 1)?;
+        let first = self.possible(step, guard, from, middle, depth - 1)?;
+        let second = self.possible(step, guard, middle, to, depth - 1)?;
         Ok(match (first, second) {
             (Some(a), Some(b)) => Some(a.hull(b)?),
             (found, None) | (None, found) => found,
@@ -350,7 +353,7 @@ impl Walk<'_> {
 
     /// What is left of watched ranges before a crossing.
     fn on_the_way(&self, watched: &[Interval], event: &Event) -> Option<Vec<Interval>> {
-        let mut known = kept(&self.mode.domain, watched)?;
+        let mut known = self.mode.kept(watched)?;
         known[event.quantity] = strictly(known[event.quantity], event.is_rising)?;
         Some(known)
     }
@@ -400,7 +403,7 @@ impl Walk<'_> {
         &Event { quantity, is_rising, .. }: &Event,
     ) -> Result<Vec<(usize, bool)>, Fault> {
         let watched = self.watched(states)?;
-        let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(Vec::new()) };
+        let Some(mut known) = self.mode.kept(&watched) else { return Ok(Vec::new()) };
         known[quantity] = Interval::ZERO;
         let mut found = Vec::new();
         for (number, edge) in self.mode.edges.iter().enumerate() {

@@ -12,6 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.hybrid.drawing import drawing
+from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
+from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.margin import margin
 from haverify.analyses.hybrid.model import Start, hybrid_model
 from haverify.analyses.hybrid.prove import proved_by, undecided
@@ -43,11 +45,10 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
     ------
     OutsideFragmentError    if the automaton or the claim is not of that kind
     """
-    if claim.inductive or claim.using or claim.kind == "invariant":
+    if claim.inductive:
         raise OutsideFragmentError("invariants of flows need a proof of induction, which flowpipes are not")
-    if claim.assume or spec.assumptions:
-        raise OutsideFragmentError("assumptions beside a flow that is not clock-driven")
-    model = hybrid_model(spec, automaton, [g.condition for g in claim.goals])
+    used = [g.condition for c in spec.claims if c.name in claim.using for g in c.goals]
+    model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used)
     questions = [question_of(model, claim, goal) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
@@ -107,17 +108,28 @@ def _decide(question: Question) -> Answer:
         return _by_the_run(question, run)
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
-    proof = proved_by(question)
+    is_endless = question.asked.endless
+    proof = proved_for_ever(question) if is_endless else proved_by(question)
     if proof is None:
-        return Answer(undecided(question))
+        return Answer(not_for_ever(question) if is_endless else undecided(question))
     entry = {"kind": "flowpipe", "start": _start_json(question, *start)}
-    record = proof_record(question, proof) if kind in RECORDED else None
+    record = proof_record(question, proof) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Refuted(), "never reached", entry, record=record)
     text = "holds along every flowpipe" if kind == "always" else "met along every flowpipe"
+    text = "holds along flowpipes that return into themselves" if is_endless else text
     first, point = start
-    tree = question.points[first.mode, tuple((q, q) for q in point)]
+    tree = question.points.get((first.mode, tuple((q, q) for q in point)), [])
     return Answer(Proved(margin(question, proof, tree)), text, entry, record=record)
+
+
+def _may_be_recorded(question: Question) -> bool:
+    """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon."""
+    model = question.model
+    is_plain = not (
+        model.assumed or model.used or question.asked.endless or any(fields(model, m)[1] for m in model.modes)
+    )
+    return is_plain and question.asked.kind in RECORDED
 
 
 def _by_the_run(question: Question, run: Run) -> Answer:
@@ -125,7 +137,7 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     kind, shown = question.asked.kind, {"kind": "flow_run", "run": run_json(run)}
     piece = question.shown[0]
     point = [low for low, _ in piece.box]
-    is_recorded = kind in RECORDED and not run.steps
+    is_recorded = _may_be_recorded(question) and not run.steps
     record = run_record(question, piece.start, point, run.last) if is_recorded else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)

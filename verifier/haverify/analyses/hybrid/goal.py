@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
-from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, condition
+from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, closed, condition
 from haverify.analyses.hybrid.listing import Judged, landing_condition
 from haverify.analyses.hybrid.model import HybridModel
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr, nodes
+from haverify.model.hybrid import Range
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import record
@@ -17,6 +18,7 @@ from haverify.text.record import record
 Q = Fraction
 MOST_JUMPS = 200
 ENDLESS = Q(10**6)  # s; what is bounded by jumps alone has to be shown before this
+LONG = Q(100)  # s; so far runs are followed that may violate what has no horizon
 TIME = Expr("time")
 
 
@@ -35,6 +37,8 @@ class Asked:
     jumps: int
     last_jump: bool = False
     to_the_end: bool = False
+    # Whether all instants are asked for; `last` is then how far runs are looked at that may violate it.
+    endless: bool = False
 
 
 def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
@@ -58,6 +62,9 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
             raise OutsideFragmentError("a horizon of no jumps, which holds the start alone")
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, ENDLESS, claim.jumps, last_jump=True)
+    if not ends and goal.kind != "reach" and goal.window is None and not _reads_time(model, goal):
+        _fit_for_ends(model, goal, first)
+        return Asked(goal.kind, goal.condition, first, LONG, MOST_JUMPS, endless=True)
     if not ends:
         raise OutsideFragmentError("a flow without a horizon; add `within T`")
     if min(ends) < first:
@@ -65,6 +72,16 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
     _fit_for_ends(model, goal, first)
     jumps = MOST_JUMPS if claim.jumps is None else claim.jumps
     return Asked(goal.kind, goal.condition, first, min(ends), jumps)
+
+
+def _reads_time(model: HybridModel, goal: Goal) -> bool:
+    """Whether anything depends on the time since the start."""
+    edges = [e for e in model.automaton.edges if any(m.name == e.source for m in model.modes)]
+    told = [goal.condition, *model.assumed, *model.used, *(e.guard for e in edges), *(m.domain for m in model.modes)]
+    ranges = [line.rate for m in model.modes for line in m.flow] + [a.to for e in edges for a in e.resets]
+    told += [e for r in ranges for e in ((r.low, r.high) if isinstance(r, Range) else (r,))]
+    told += [e for of in model.definitions for e in of.values()]
+    return any(n.op == "time" for e in told for n in nodes(e))
 
 
 def _signal(model: HybridModel, claim: Claim, e: Expr) -> Asked:
@@ -99,11 +116,14 @@ def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:
 
 
 def judged_of(model: HybridModel, asked: Asked) -> Judged:
-    """What the kernel judges: `always` and the denial of `can reach` outside the instants not asked for as well."""
+    """What the kernel judges: `always` and the denial of `can reach` outside the instants not asked for as well.
+
+    Runs are judged as long as assumptions hold (LANGUAGE S25); invariants that are used hold on all of them.
+    """
     is_denied = asked.kind == "can_reach"
 
     def timed(c: Condition) -> Condition:
-        if asked.last_jump:
+        if asked.last_jump or asked.endless:
             return c
         after = Atom(Expr("-", (TIME, Expr("num", (asked.last,)))), ">")
         before = Atom(Expr("-", (TIME, Expr("num", (asked.first,)))), "<")
@@ -120,7 +140,32 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
         for k, e in enumerate(model.automaton.edges)
         if e.source in names
     }
-    return Judged(tuple(dwelling), landing, Every(tuple(_window(model))))
+    assumed = tuple(tuple(_held(model, k, model.assumed)) for k in range(len(model.modes)))
+    used = [tuple(_held(model, k, model.used)) for k in range(len(model.modes))]
+    facts = tuple(tuple(a for c in (*x, *y) for a in _members(closed(c))) for x, y in zip(assumed, used, strict=True))
+    return Judged(tuple(dwelling), landing, Every(tuple(_window(model))), facts, assumed)
+
+
+def _held(model: HybridModel, number: int, conditions: Iterable[Expr]) -> Iterator[Condition]:
+    """Conditions on the state while dwelling in a mode.
+
+    Raises
+    ------
+    OutsideFragmentError    if one reads jumps
+    """
+    for e in conditions:
+        if any(n.op in ("jump", "jumped", "pre") for n in nodes(e)):
+            raise OutsideFragmentError("assumptions and invariants about jumps, beside a flow")
+        yield condition(residual(e, Situation(model.modes[number].name)), model.definitions[number])
+
+
+def _members(c: Condition) -> Iterator[Atom]:
+    """The comparisons that a conjunction has as members."""
+    if isinstance(c, Atom):
+        yield c
+    elif isinstance(c, Every):
+        for member in c.members:
+            yield from _members(member)
 
 
 def _window(model: HybridModel) -> Iterator[Condition]:

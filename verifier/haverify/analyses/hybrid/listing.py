@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from haverify.analyses.hybrid.conditions import CLOSED, Atom, Condition, Every, atoms, closed, condition
-from haverify.analyses.hybrid.model import HybridModel, rate
+from haverify.analyses.hybrid.inputs import Chosen, fields
+from haverify.analyses.hybrid.model import HybridModel
+from haverify.maths.interval import Interval
 from haverify.model.expression import Expr, nodes, rebuild
 from haverify.model.hybrid import Edge, Range
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import EdgeListing, Listing, ModeListing, Tape, Words
+from haverify.solvers.kernel import INPUT, EdgeListing, Listing, ModeListing, Pair, Tape, Words
 from haverify.text.record import field, holder, record
 
 Q = Fraction
@@ -20,6 +22,7 @@ ZERO, ONE = Expr("num", (Q(0),)), Expr("num", (Q(1),))
 BEFORE = "before the jump: "
 CHOICE = "choice: "
 MOST_CASES = 16
+NOTHING: Chosen = {}
 
 
 @holder
@@ -61,14 +64,21 @@ class Judged:
     dwelling: tuple[Condition, ...]
     landing: dict[int, Condition]
     window: Condition
+    # For each mode, what runs that are judged keep: comparisons read as closed; conditions as they are written.
+    facts: tuple[tuple[Atom, ...], ...]
+    assumed: tuple[tuple[Condition, ...], ...]
 
 
 def listings(
-    model: HybridModel, judged: Judged, compared: list[list[tuple[Expr, str, int]]] | None = None
+    model: HybridModel,
+    judged: Judged,
+    compared: list[list[tuple[Expr, str, int]]] | None = None,
+    chosen: Chosen = NOTHING,
 ) -> list[ModeListing]:
     """The automaton as the kernel takes it, with what is to be judged.
 
-    `compared` is filled with the comparisons of each mode's claim and the window, and where their quantities are.
+    `compared` is filled with the comparisons of each mode's claim and the window, and where their quantities are;
+    `chosen` has narrower ranges of inputs.
 
     Raises
     ------
@@ -76,25 +86,35 @@ def listings(
     """
     model.edges[:] = [[] for _ in model.modes]
     found = [] if compared is None else compared
-    return [_mode(model, number, judged, found) for number in range(len(model.modes))]
+    return [_mode(model, number, judged, found, chosen) for number in range(len(model.modes))]
 
 
 def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {n: i for i, n in enumerate(names)}
 
 
-def _mode(model: HybridModel, number: int, judged: Judged, compared: list[list[tuple[Expr, str, int]]]) -> ModeListing:
+def _mode(
+    model: HybridModel,
+    number: int,
+    judged: Judged,
+    compared: list[list[tuple[Expr, str, int]]],
+    chosen: Chosen,
+) -> ModeListing:
     mode, known = model.modes[number], model.definitions[number]
     variables = _numbers(model.names)
-    flow = Tape(variables, known)
-    rates = {v.name: rate(mode, v.name) for v in model.automaton.vars}
-    field = [flow.add(residual(rates[n], Situation(mode.name)) if n in rates else ZERO) for n in model.names[:-1]]
+    rates, driven = fields(model, mode)
+    flow = Tape(_numbers([*model.names, *(INPUT + d.name for d in driven)]), known)
+    field = [flow.add(rates.get(n, ZERO)) for n in model.names[:-1]]
     field.append(flow.add(ONE))
     watched = Watched(Tape(variables, known))
     domain = [*_conjuncts(closed(condition(residual(mode.domain, Situation(mode.name)), known)))]
     borders = [c for c in domain if isinstance(c, Atom)]
     guard = [(watched.position(a.quantity), a.op) for a in borders]
-    rest = watched.words(Every(tuple(c for c in domain if not isinstance(c, Atom))))
+    # Where the ends of an inclusion are not in order, there is no rate that could be chosen.
+    ordered = [Atom(d.order, ">=") for d in driven if d.order is not None and chosen]
+    also = (*(c for c in domain if not isinstance(c, Atom)), *judged.assumed[number], *ordered)
+    rest = watched.words(Every(also))
+    facts = [(watched.position(a.quantity), a.op) for a in judged.facts[number]]
     claim, window = watched.words(judged.dwelling[number]), watched.words(judged.window)
     claimed = [*atoms(judged.dwelling[number]), *atoms(judged.window)]
     compared.append([(a.quantity, a.op, watched.position(a.quantity)) for a in claimed])
@@ -104,7 +124,13 @@ def _mode(model: HybridModel, number: int, judged: Judged, compared: list[list[t
             for case in _cases(condition(residual(edge.guard, Situation(mode.name)), known)):
                 edges.append(_edge(model, number, edge, case, borders, judged.landing[index], watched))
                 model.edges[number].append(index)
-    return flow.listing(field), watched.listing(), guard, rest, claim, window, edges
+    ranges = [_ends(chosen.get(d.name, (d.low, d.high))) for d in driven]
+    return flow.listing(field), ranges, watched.listing(), guard, facts, rest, claim, window, edges
+
+
+def _ends(pair: tuple[Q, Q]) -> Pair:
+    x = Interval.between(*pair)
+    return x.low, x.high
 
 
 def _conjuncts(c: Condition) -> Iterator[Condition]:

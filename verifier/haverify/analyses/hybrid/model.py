@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from haverify.analyses.hybrid.starts import Box, NoStartError, start_box
@@ -42,6 +42,9 @@ class HybridModel:
     starts: tuple[Start, ...]
     # For each mode, what lets and constants stand for.
     definitions: tuple[Definitions, ...]
+    # Conditions as long as which runs are judged, and conditions that hold on all of them.
+    assumed: tuple[Expr, ...]
+    used: tuple[Expr, ...]
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
     edges: list[list[int]] = field(default_factory=list)
 
@@ -56,15 +59,19 @@ class HybridModel:
         return any(e.source in names for e in self.automaton.edges)
 
 
-def hybrid_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) -> HybridModel:
-    """The automaton with all that it and the conditions `asked` read.
+def hybrid_model(
+    spec: Spec,
+    automaton: HybridAutomaton,
+    asked: Sequence[Expr],
+    assumed: Iterable[Expr] = (),
+    used: Iterable[Expr] = (),
+) -> HybridModel:
+    """The automaton with all that it and the conditions `asked`, `assumed` and `used` read.
 
     Raises
     ------
-    OutsideFragmentError    if it has inputs, inclusions, priorities or discrete variables
+    OutsideFragmentError    if it has priorities or discrete variables
     """
-    if spec.inputs or automaton.inputs:
-        raise OutsideFragmentError("inputs: flowpipes of this version have none")
     if automaton.priorities:
         raise OutsideFragmentError("priorities beside a flow that is not clock-driven")
     if any(v.type != "real" for v in automaton.vars):
@@ -72,11 +79,13 @@ def hybrid_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) 
     values = values_of(spec, automaton)
     modes = tuple(_reachable(automaton))
     known = tuple(_definitions(automaton, m, values) for m in modes)
-    read = _read(automaton, modes, known, asked)
+    assumed, used = (*spec.assumptions, *assumed), tuple(used)
+    read = _read(automaton, modes, known, (*asked, *assumed, *used))
     params = [p for p in params_of(spec, automaton) if p.name in read]
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), "time")
-    unknown = (*(values.interval(p.range) for p in params), (Q(0), Q(0)))
-    return HybridModel(spec, automaton, values, modes, names, _starts(automaton, modes, values, unknown), known)
+    ranges = {p.name: values.interval(p.range) for p in params}
+    starts = _starts(automaton, modes, values, ranges, assumed)
+    return HybridModel(spec, automaton, values, modes, names, starts, known, assumed, used)
 
 
 def _reachable(automaton: HybridAutomaton) -> Iterator[Mode]:
@@ -88,8 +97,14 @@ def _reachable(automaton: HybridAutomaton) -> Iterator[Mode]:
     return (m for m in automaton.modes if m.name in found)
 
 
-def _starts(automaton: HybridAutomaton, modes: Sequence[Mode], values: Values, unknown: Box) -> tuple[Start, ...]:
-    """The starts of all init lines, those left out that contradict themselves.
+def _starts(
+    automaton: HybridAutomaton,
+    modes: Sequence[Mode],
+    values: Values,
+    params: Mapping[str, tuple[Q, Q]],
+    assumed: Sequence[Expr],
+) -> tuple[Start, ...]:
+    """The starts of all init lines, those left out that contradict themselves or what is assumed.
 
     Raises
     ------
@@ -100,22 +115,14 @@ def _starts(automaton: HybridAutomaton, modes: Sequence[Mode], values: Values, u
         for number, mode in enumerate(modes):
             if init.mode in (mode.name, None):
                 try:
-                    bounded, more = start_box(automaton, mode, init, values)
+                    bounded, more = start_box(automaton, mode, init, values, params, assumed)
                 except NoStartError as e:
                     nowhere = e
                     continue
-                found.append(Start(number, (*bounded, *unknown), tuple(more)))
+                found.append(Start(number, (*bounded, (Q(0), Q(0))), tuple(more)))
     if nowhere is not None and not found:
         raise nowhere
     return tuple(found)
-
-
-def rate(mode: Mode, name: str) -> Expr:
-    """The right side of a variable's flow in a mode."""
-    found = next(line.rate for line in mode.flow if line.var == name)
-    if isinstance(found, Range):
-        raise OutsideFragmentError("differential inclusions: flowpipes of this version follow single fields")
-    return found
 
 
 def _definitions(automaton: HybridAutomaton, mode: Mode, values: Values) -> Definitions:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
-from haverify.analyses.hybrid.listing import listings
+from haverify.analyses.hybrid.inputs import Chosen
+from haverify.analyses.hybrid.listing import Judged, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
 from haverify.analyses.hybrid.options import tuned
 from haverify.analyses.hybrid.starts import Box
@@ -31,6 +32,7 @@ STEPS = 4000
 STRETCHES = 400
 CUTS = 6
 LOOKS = 32  # a step is at most this part of the horizon
+DRIVEN = 8  # times as many steps where inputs drive the flow: what they do in a step is taken as a box
 RECORDED = 16  # a recorded step without jumps is at most this part of it
 FINER = 1e-3  # times the error aimed at, where the usual one did not do
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
@@ -61,6 +63,7 @@ class Question:
     modes: list[ModeListing]
     # For each mode, the comparisons of the claim and of the window: quantity, sign, position among what is watched.
     compared: list[list[tuple[Expr, str, int]]]
+    judged: Judged
     reached: float | None = None
     trouble: str = ""
     pieces: int = 0
@@ -70,6 +73,8 @@ class Question:
     budget: Q = Q(1)
     # What to draw: the trees that decide, or the first one that did not.
     shown: list[Piece] = field(default_factory=list)
+    # The numbers chosen for what drives flows, where single runs are followed.
+    driven: Chosen = field(default_factory=dict)
     # The trees of single starts, by mode and start.
     points: dict[tuple[int, Box], list[Stretch]] = field(default_factory=dict)
 
@@ -86,7 +91,7 @@ def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
     compared: list[list[tuple[Expr, str, int]]] = []
     for q in (asked.last, *(end for s in model.starts for ends in s.box for end in ends)):
         enclosed(q)
-    return Question(model, claim, asked, listings(model, judged, compared), compared)
+    return Question(model, claim, asked, listings(model, judged, compared), compared, judged)
 
 
 def follow(question: Question, start: Start, box: Box, until: str, is_finer: bool = False) -> list[Stretch]:
@@ -155,7 +160,8 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     horizon = float(max(question.asked.last, INSTANT))
     horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
-    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
+    looks = LOOKS * DRIVEN if any(driven for _, driven, *_ in question.modes) else LOOKS
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, horizon * 1e-9, STEPS, 4)
     settings = tuned(settings, question.claim, wide)
     return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings
 

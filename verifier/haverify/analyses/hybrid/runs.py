@@ -7,7 +7,8 @@ from fractions import Fraction
 from itertools import pairwise, takewhile
 
 from haverify.analyses.hybrid.conditions import Every, closed, condition
-from haverify.analyses.hybrid.listing import Watched
+from haverify.analyses.hybrid.inputs import choices
+from haverify.analyses.hybrid.listing import Watched, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
 from haverify.analyses.hybrid.question import Piece, Question, follow, sides
 from haverify.analyses.hybrid.starts import points
@@ -16,6 +17,7 @@ from haverify.model.expression import Expr
 from haverify.obligations.constants import params_of
 from haverify.obligations.residual import Situation, residual
 from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, Tape, Words, reach
+from haverify.text.record import replace
 
 Q = Fraction
 
@@ -25,16 +27,17 @@ TRUE: Words = [("true", 0)]
 
 def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
-    admissible = None
-    for start in question.model.starts:
-        for point in points(start.box):
-            if not _is_admissible(question, start, point):
-                continue
-            admissible = admissible or (start, point)
-            run = _run_from(question, start, point)
+    model = question.model
+    tried = [(s, p) for s in model.starts for p in points(s.box) if _is_admissible(question, s, p)]
+    for chosen in choices(model):
+        modes = listings(model, question.judged, chosen=chosen) if chosen else question.modes
+        driven = replace(question, modes=modes, driven=chosen)
+        for start, point in tried:
+            run = _run_from(driven, start, point)
             if run is not None:
-                return admissible, run
-    return admissible, None
+                question.shown = driven.shown
+                return (start, point), run
+    return (tried[0] if tried else None), None
 
 
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
@@ -46,13 +49,14 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     known, mode = model.definitions[start.mode], model.modes[start.mode]
     at = Situation(mode.name)
     conditions = [condition(residual(e, at), known) for e in start.rest]
-    conditions += [closed(condition(residual(mode.domain, at), known))]
+    conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
     variables = {n: i for i, n in enumerate(model.names)}
     watched = Watched(Tape(variables, known))
     words = watched.words(Every(tuple(conditions)))
     still = Tape(variables, known)
     zero = still.add(Expr("num", (Q(0),)))
-    listing: ModeListing = (still.listing([zero] * len(model.names)), watched.listing(), [], TRUE, words, TRUE, [])
+    field = still.listing([zero] * len(model.names))
+    listing: ModeListing = (field, [], watched.listing(), [], [], TRUE, words, TRUE, [])
     settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
     box = tuple((q, q) for q in point)
     (stretch,) = reach([listing], (0, sides(box), []), 1e-3, "horizon", settings, Budget(0, 1, 0))
@@ -64,7 +68,7 @@ def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | Non
     box = tuple((q, q) for q in point)
     is_reach = question.asked.kind == "reach"
     tree = follow(question, start, box, "met" if is_reach else "violated")
-    question.points[start.mode, box] = tree
+    question.points.setdefault((start.mode, box), tree)
     found = _never_met(question, start, point, tree) if is_reach else _violating(question, start, point, tree)
     if found is not None:
         question.shown = [Piece(start, box, tree)]
@@ -136,7 +140,8 @@ def _run(
     at = Q(0) if is_landing else max(_simplest(max(when[0], float(now)), when[1]) - now, Q(0))
     count = len(model.automaton.vars)
     values = tuple(zip(model.names[:count], point[:count], strict=True))
-    params = tuple(params_at(model, point).items())
+    chosen = {n: low for n, (low, _) in question.driven.items()}
+    params = tuple({**params_at(model, point), **chosen}.items())
     passages = _passages(model, tree, path, values)
     end = _passage(model, tree[number], None, when, _states_at(tree[number], when, is_landing))
     return Run(model.modes[start.mode].name, values, params, tuple(steps), at, (*passages, end))

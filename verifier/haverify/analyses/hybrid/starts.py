@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 
@@ -22,19 +22,25 @@ class NoStartError(OutsideFragmentError):
 
 
 def start_box(
-    automaton: HybridAutomaton, mode: Mode, init: Init, values: Values
+    automaton: HybridAutomaton,
+    mode: Mode,
+    init: Init,
+    values: Values,
+    params: Mapping[str, tuple[Q, Q]],
+    assumed: Sequence[Expr],
 ) -> tuple[list[tuple[Q, Q]], list[Expr]]:
-    """The least box that the bounds on single variables give, and the conjuncts that say more."""
+    """The least box of variables and params that the bounds on single ones give, and the conjuncts that say more."""
     bounds: dict[str, tuple[Q | None, Q | None]] = {v.name: (None, None) for v in automaton.vars}
+    bounds |= params
     for assign in init.assigns:
         to = assign.to
         bounds[assign.var] = values.interval(to) if isinstance(to, Range) else (values.number(to),) * 2
-    bounding = (*members(init.where), *members(mode.domain))
+    bounding = [c for e in (init.where, mode.domain, *assumed) for c in members(e)]
     more = [e for e in bounding if not _bounded(e, bounds, values)]
     declared = {v.name: v.range for v in automaton.vars}
     box = []
     for name, (low, high) in bounds.items():
-        wide = declared[name]
+        wide = declared.get(name)
         first, last = values.interval(wide) if wide is not None else (None, None)
         low, high = first if low is None else low, last if high is None else high
         if low is None or high is None:
@@ -51,14 +57,14 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
         return False
     left, right = e.children
     op = e.op
-    if left.op not in ("var", "abs"):
+    if left.op not in ("var", "param", "abs"):
         left, right, op = right, left, MIRRORED[op]
     if left.op == "abs" and op in ("<", "<="):
         inner, minus = left.children[0], Expr("neg", (right,))
         above = _bounded(Expr(op, (inner, right)), bounds, values)
         below = _bounded(Expr(MIRRORED[op], (inner, minus)), bounds, values)
         return above and below
-    if left.op != "var":
+    if left.op not in ("var", "param") or left.name not in bounds:
         return False
     try:
         bound = values.number(right)
