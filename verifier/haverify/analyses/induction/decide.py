@@ -136,10 +136,14 @@ def _quickly(induction: Induction) -> Shown:
 
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
-    if not induction.claim.inductive and applies(induction):
+    is_sought = not induction.claim.inductive and applies(induction)
+    if is_sought and not induction.automaton.edges:
         return _invented(induction, seconds) or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
-    return next((s for s in shown if s.is_proved()), shown[-1])
+    proved = next((s for s in shown if s.is_proved()), None)
+    if proved is None and is_sought:
+        proved = _invented(induction, seconds)
+    return proved or shown[-1]
 
 
 def candidates(induction: Induction) -> Iterator[Invariant]:
@@ -154,7 +158,7 @@ def _invented(induction: Induction, seconds: float) -> Shown | None:
     found = invent(induction, seconds)
     if found is None:
         return None
-    shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
+    shown = attempt(induction, found.formulas, Effort(is_deep=True), found.flows)
     return shown if shown.is_proved() else None
 
 
