@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 _CODES = """\
 exit codes: 0 all as expected; 1 a claim decided otherwise, or a new error finding; 2 call or input cannot be
@@ -47,8 +48,12 @@ _PLOT = """\
 Draw the figures of a report folder again, from report.json, core.json and the certificates; nothing is run."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; a command's name is `command`."""
+def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """The parser of the command line; a command's name is `command`.
+
+    One that is to read `arguments` alone knows only the command that they begin with: the others cost more time than
+    all that parsing does.
+    """
     top = argparse.ArgumentParser(
         prog="haverify",
         description="Prove or refute what .ha specs claim, with evidence that a second program re-checks.",
@@ -56,8 +61,8 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (
+    commands = top.add_subparsers(prog="haverify", dest="command", metavar="COMMAND", required=True)
+    every = (
         _check,
         _lint,
         _accept,
@@ -71,7 +76,9 @@ def parser() -> argparse.ArgumentParser:
         _invent,
         _init,
         _doctor,
-    ):
+    )
+    asked = [add for add in every if arguments and arguments[0] == add.__name__[1:]]
+    for add in asked or every:
         add(commands)
     return top
 
@@ -124,6 +131,7 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument(
         "--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)"
     )
+    p.add_argument("--no-cache", action="store_true", help="let the rules look anew at a spec they have seen")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 
