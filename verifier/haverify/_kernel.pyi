@@ -62,3 +62,11 @@ def reach_record(
 ) -> list[
     tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
 ]: ...
+def along(
+    positions: Listing,
+    readout: Listing,
+    derivatives: int,
+    time: Pair,
+    widths: list[float],
+    order_depth_stretches: tuple[int, int, int],
+) -> list[tuple[float, float, list[Pair] | None]]: ...

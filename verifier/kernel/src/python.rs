@@ -7,6 +7,7 @@ use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
 use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Taken, Until};
 use crate::interval::{Enclosure, Interval};
+use crate::kinematics;
 use crate::models::Model;
 use crate::ratio;
 use crate::series::{Op, Tape};
@@ -143,6 +144,8 @@ fn guard(given: &Comparisons) -> Result<Guard, Why> {
 
 /// An edge as Python gives it: target, urgent, guard, reset, choices, landing, claim.
 type EdgeListing = (usize, bool, Comparisons, Listing, usize, Listing, Words);
+/// A stretch of time and what quantities lie in there.
+type PieceRow = (f64, f64, Option<Vec<Pair>>);
 /// A mode as Python gives it: field, watched quantities, domain, claim, window, edges.
 type ModeListing = (Listing, Listing, Comparisons, Words, Words, Vec<EdgeListing>);
 
@@ -390,6 +393,29 @@ mod _kernel {
     ) -> PyResult<Vec<RecordedStretch>> {
         let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
         Ok(tree(py, &modes, &start, horizon, until, limits)?.iter().map(recorded).collect())
+    }
+
+    /// Quantities of a motion over stretches of time: ends, and what each quantity lies in, where it has an enclosure.
+    #[pyfunction]
+    fn along(
+        py: Python<'_>,
+        positions: Listing,
+        readout: Listing,
+        derivatives: usize,
+        time: Pair,
+        widths: Vec<f64>,
+        order_depth_stretches: (usize, u32, usize),
+    ) -> PyResult<Vec<PieceRow>> {
+        let (order, depth, stretches) = order_depth_stretches;
+        let analysis = || -> Result<Vec<kinematics::Piece>, Why> {
+            let positions = tape(&positions, 1)?;
+            let readout = tape(&readout, positions.outputs.len() * (derivatives + 1))?;
+            let motion = kinematics::Motion { positions, readout, derivatives };
+            let fineness = kinematics::Fineness { order, widths, depth, stretches };
+            Ok(kinematics::along(&motion, Interval::new(time.0, time.1)?, &fineness))
+        };
+        let pieces = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        Ok(pieces.into_iter().map(|p| (p.low, p.high, p.values.as_deref().map(pairs))).collect())
     }
 
     #[pyfunction]
