@@ -20,7 +20,7 @@ LAYERS = [
     {"elaborate"},
     {"obligations", "evidence"},
     {"solvers"},
-    {"analyses", "lint", "simulate", "gait", "robot", "learn"},
+    {"analyses", "lint", "simulate", "gait", "recordings", "fitting", "robot", "learn"},
     {"report"},
     {"repair"},
     {"run", "interop"},
@@ -34,7 +34,7 @@ DOMAINS = {"gait", "robot", "learn"}
 
 # The one place (or two) where a third party comes in.
 DOORS = {
-    "haverify._kernel": {"haverify.maths.interval", "haverify.solvers.kernel"},
+    "haverify._kernel": {"haverify.maths.interval", "haverify.solvers.kernel", "haverify.solvers.runs"},
     "z3": {"haverify.solvers.z3"},
     "cvxpy": {"haverify.solvers.sdp"},
     "dask": {"haverify.run.executors"},

@@ -70,3 +70,43 @@ def along(
     widths: list[float],
     order_depth_stretches: tuple[int, int, int],
 ) -> list[tuple[float, float, list[Pair] | None]]: ...
+
+class Record:
+    def end(self) -> tuple[str, float, int, list[float], float, int]: ...
+    def jumps(self) -> list[tuple[float, int, list[float], list[float]]]: ...
+    def pieces(self) -> list[tuple[int, int, float, float, list[list[float]], list[list[float]]]]: ...
+    def sample(self, times: list[float]) -> list[tuple[float, int, int, list[float], list[float]]]: ...
+
+class Simulator:
+    def __init__(
+        self,
+        modes: list[
+            tuple[
+                list[tuple[str, list[int], float]],
+                int,
+                list[int | None],
+                list[Words],
+                Words,
+                bool,
+                list[int],
+                list[int],
+                list[int],
+            ]
+        ],
+        edges: list[tuple[int, bool, Words, list[tuple[int, int, int | None]]]],
+        variables: int,
+        clock: int | None,
+    ) -> None: ...
+    def run(
+        self,
+        plan: tuple[
+            int, list[float], float, tuple[int, int, int], str, int, list[float], list[tuple[float, int, float]]
+        ],
+    ) -> Record: ...
+    def ends(
+        self,
+        plans: list[
+            tuple[int, list[float], float, tuple[int, int, int], str, int, list[float], list[tuple[float, int, float]]]
+        ],
+    ) -> list[tuple[str, float, int, int, list[float]]]: ...
+    def values(self, mode: int, state: list[float]) -> list[float]: ...

@@ -104,6 +104,8 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
         return Evidence(Unknown("fragment", missing), (), METHOD)
     context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
+    if claim.which:
+        return _by_pieces(contexts, context, claim, units)
     try:
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
@@ -111,6 +113,19 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
         before = steady if claim.using else _by_flowpipe(context, claim, str(e))
         return _by_induction(contexts, context, claim, before, units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:
+    """What is shown for which values of a param; invariants that the claim uses are those of the whole range."""
+    from haverify.analyses.which import decide_which
+
+    used = {(n, units): _decide_once(contexts.spec, c, contexts, units) for c in contexts.spec.claims
+            if (n := c.name) in claim.using}  # fmt: skip
+
+    def piece(spec: Spec, alone: Claim) -> Evidence:
+        return decide(spec, alone, Contexts(spec, decided=dict(used)), units)
+
+    return decide_which(contexts.spec, context.automaton, claim, piece)
 
 
 def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
@@ -123,7 +138,7 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
             return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
     try:
-        found = decide_invariant(context.spec, context.automaton, claim, context.core)
+        found = decide_invariant(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError:
         return before
     if claim.inductive or not isinstance(found.verdict, Unknown):
@@ -164,8 +179,6 @@ def _missing(spec: Spec, claim: Claim) -> str | None:
     if claim.on is None or all(a.name != claim.on for a in spec.automata):
         named = f"`{claim.on}` is no automaton" if claim.on else "the claim names no automaton"
         return f"{named}: systems, rules and fuzzy controllers are not decided in this version"
-    if claim.which:
-        return "`for which` needs a split of the params' range, which this version does not have"
     if claim.method is not None and claim.method[0] not in OURS:
         return f"`method {claim.method[0]}` is not in this version; without it the exact analysis of clocks is used"
     return None

@@ -79,7 +79,9 @@ def _readout(d: Description, m: Map, masses: list[Q], outputs: int) -> Listing:
     pace, n = m.speed, len(masses)
     corners = [vector(k, 0) for k in range(4)]
     whole = sum(masses, Q(0))
-    com = f.scaled(_sum(f, [f.scaled(vector(4 + i, 0), exact(mass)) for i, mass in enumerate(masses)]), exact(1 / whole))
+    com = f.scaled(
+        _sum(f, [f.scaled(vector(4 + i, 0), exact(mass)) for i, mass in enumerate(masses)]), exact(1 / whole)
+    )
     force, moments = (exact(0), exact(0), exact(whole * GRAVITY)), []
     for i, mass in enumerate(masses):
         rate = f.scaled(vector(4 + i, 2), exact(pace**2))
@@ -129,6 +131,8 @@ def enclosed_finely(d: Description, m: Map, cycle: Cycle, share: float = 0.05) -
     coarse = enclosed(d, m, cycle, dict.fromkeys(QUANTITIES, 0.0), Fineness(depth=3))
     ends = {name: [s.values[name] for s in coarse if s.values is not None] for name in QUANTITIES}
     widths = {
-        name: share * (max(p[1] for p in pairs) - min(p[0] for p in pairs)) + 1e-9 for name, pairs in ends.items() if pairs
+        name: share * (max(p[1] for p in pairs) - min(p[0] for p in pairs)) + 1e-9
+        for name, pairs in ends.items()
+        if pairs
     }
     return enclosed(d, m, cycle, {name: widths.get(name, 0.0) for name in QUANTITIES}, Fineness())

@@ -43,7 +43,9 @@ def decided(d: Description, cycle: Cycle, pace: float, stretches: Sequence[Stret
         ("centre of mass fore-aft", "to the sole's edge", "mm", lambda s: _over(s, "com_x", back, front)),
         ("centre of mass sideways", "to the sole's edge", "mm", lambda s: _over(s, "com_y", right, left)),
     ):
-        found.append(_judged(name, what, unit, [(s, list(margins(s)) if s.values else []) for s in stretches], starts, pace))
+        found.append(
+            _judged(name, what, unit, [(s, list(margins(s)) if s.values else []) for s in stretches], starts, pace)
+        )
     return found
 
 
@@ -85,4 +87,6 @@ def _judged(
     worst = min(known, key=lambda k: (k[2], k[1]))[0]
     verdict = "refuted" if high < 0 else "proved" if low >= 0 and len(known) == len(margins) else "unknown"
     start = starts[worst.mode]
-    return Decided(name, what, verdict, low, high, unit, (start + worst.low) / pace, (start + worst.high) / pace, worst.mode)
+    return Decided(
+        name, what, verdict, low, high, unit, (start + worst.low) / pace, (start + worst.high) / pace, worst.mode
+    )

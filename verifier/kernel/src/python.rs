@@ -120,9 +120,9 @@ fn comparison(sign: &str) -> Result<Comparison, Why> {
 
 /// A condition as Python gives it, the operator before its members: `all` and `any` with their number, `true`,
 /// `false`, or a comparison with the position of the quantity.
-type Words = Vec<(String, usize)>;
+pub(crate) type Words = Vec<(String, usize)>;
 
-fn condition(words: &mut std::slice::Iter<(String, usize)>, depth: usize) -> Result<Condition, Why> {
+pub(crate) fn condition(words: &mut std::slice::Iter<(String, usize)>, depth: usize) -> Result<Condition, Why> {
     let (word, number) = words.next().filter(|_| depth < 200).ok_or(Why::Unknown)?;
     let members = |words: &mut std::slice::Iter<(String, usize)>| -> Result<Vec<Condition>, Why> {
         (0..*number).map(|_| condition(words, depth + 1)).collect()
@@ -270,6 +270,8 @@ mod _kernel {
 
     #[pymodule_export]
     use super::Fault;
+    #[pymodule_export]
+    use crate::simulate_python::{Record, Simulator};
 
     /// The hash of the sources this kernel was built from.
     #[pyfunction]

@@ -1,0 +1,41 @@
+"""The figure of a fit: recorded samples as dots, held-out ones in another colour, the curves of the spec."""
+
+from __future__ import annotations
+
+from haverify.fitting.curve import Curve, samples
+from haverify.fitting.walk import Walk
+from haverify.recordings.cycles import Cycle
+from haverify.recordings.phases import PHASES
+from haverify.recordings.recording import told
+from haverify.report.figures.overlay import Pane, Series, overlay
+from haverify.report.html.style import standalone
+
+_MOST = 2000  # samples that are drawn for each joint
+
+
+def walk_figure(walk: Walk, stem: str) -> str:
+    """A pane for each joint, left leg to the left."""
+    at = walk.knots.at
+    bands = [(name, float(a), float(b)) for name, a, b in zip(PHASES, at, at[1:], strict=False)]
+    panes = [_pane(walk, c) for c in walk.curves]
+    names = ["recorded", "fitted", *(["held out"] if walk.held_out else [])]
+    return standalone(overlay(panes, names, bands, "time since heel strike [s]", f"Walk {stem}"))
+
+
+def _pane(walk: Walk, c: Curve) -> Pane:
+    import numpy as np
+
+    series = [_dots(walk.training, c, 0)]
+    if walk.held_out:
+        series.append(_dots(walk.held_out, c, 2))
+    t = np.linspace(0, float(walk.knots.period) * (1 - 1e-9), 401)
+    curve = Series(tuple(zip(t.tolist(), c.at(t).tolist(), strict=True)), 1)
+    return Pane(f"{told(c.joint)} [deg]", (curve, *series))
+
+
+def _dots(cycles: tuple[Cycle, ...], c: Curve, kind: int) -> Series:
+    period = float(c.knots.period)
+    shares, angles = samples(cycles, c.joint)
+    step = max(1, len(shares) // _MOST)
+    points = zip(shares[::step], angles[::step], strict=True)
+    return Series(tuple((float(s) * period, float(a)) for s, a in points), kind, True)
