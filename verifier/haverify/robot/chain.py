@@ -1,7 +1,8 @@
 """The robot's posture and motion as formulas of time, the stance sole lying still on the ground.
 
-From the stance foot outwards each body is placed by the joint that leads to it, forwards or backwards. Lengths and masses
-are the exact decimals of the URDF, angles exact polynomials of time, standing joints exact quarter turns or enclosed.
+From the stance foot outwards each body is placed by the joint that leads to it, forwards or backwards. Lengths and
+masses are the exact decimals of the URDF, angles exact polynomials of time, standing joints exact quarter turns or
+enclosed.
 """
 
 from __future__ import annotations

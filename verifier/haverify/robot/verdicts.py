@@ -1,4 +1,4 @@
-"""What enclosures over the cycle decide: proved where every stretch keeps a limit, refuted where one certainly breaks it."""
+"""What enclosures over the cycle decide: proved where every stretch keeps a limit, refuted where one breaks it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from haverify.text.record import record
 
 @record
 class Decided:
-    """A check with what its least margin lies in (`low`, `high`), in `unit`, and where: from `start` to `end` (s, replay).
+    """A check with what its least margin lies in (`low`, `high`), in `unit`, and where: `start` to `end` (s, replay).
 
     `verdict` is proved if the margin is never negative, refuted if it certainly is at some instant, else unknown.
     """
