@@ -22,8 +22,8 @@ def emit(walk: Walk, stem: str) -> dict[str, str]:
     """`<stem>.ha` and the tables in `<stem>/` beside it; the same walk gives the same bytes."""
     files = {f"{stem}/phases.csv": tables.phases(walk.knots)}
     files |= {f"{stem}/{c.joint}.csv": tables.polynomials(c) for c in walk.curves}
-    recorded = tables.picked(walk.training, walk.knots)
-    held = tables.picked(walk.held_out, walk.knots) if walk.held_out else []
+    recorded = tables.picked(walk.training[0], walk.knots)
+    held = tables.picked(walk.held_out[0], walk.knots) if walk.held_out else []
     files[f"{stem}/recorded.csv"] = tables.samples(recorded)
     if held:
         files[f"{stem}/held_out.csv"] = tables.samples(held)
