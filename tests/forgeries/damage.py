@@ -193,7 +193,7 @@ def _part_damages(name: str, path: Path, at: Keys, part: dict, spare: Collection
         yield f"{name} tree {t}: dropped", _put(path, here, DROP)
         yield f"{name} tree {t}: a word", _put(path, here, "true")
         yield f"{name} tree {t}: unknown variable", _edit(path, here, lambda old: ["s", "?", "0", old, old])
-        yield f"{name} tree {t}: split outside", _edit(path, here, lambda old: ["s", "s", str(-(10**9)), old, old])
+        yield f"{name} tree {t}: split outside", _edit(path, here, lambda old: ["s", "@s", str(-(10**9)), old, old])
         if isinstance(tree, list):
             yield f"{name} tree {t}: a leaf dropped", _edit(path, here, lambda old: old[:-1])
 

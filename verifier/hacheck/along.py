@@ -263,6 +263,8 @@ class Along:
         (start,), here, params = self.record.data["starts"], self.record.start(mode, box), self.record.params(box)
         for step in start["pieces"]["steps"]:
             begun, (states, h, after) = here.time, self.record.step(here, params, step)
+            if len(set(bounds(h))) > 1:
+                raise Beyond("a recorded run has a step of no one length")
             done = Fraction(bounds(after.time)[0], self.space.one) >= last
             until = self._upto(states, begun, h, last, False) if done else states
             if not self._close(until, partial(self._possible, mode), CLOSE):

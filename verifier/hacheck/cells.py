@@ -1,6 +1,6 @@
 """Cells: boxes of entry states with a dwell, which together contain every run; conditions are formulas on boxes.
 
-A condition speaks of the state (variables by name, `sigma`), chosen values `v'`, params, rounded constants and pi.
+A condition speaks of the state (variables by name, `@sigma`), chosen values `v'`, params, rounded constants and pi.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class Model:
 
     def soon(self, f: Formula, mode: str) -> Formula:
         """f is true for a while right after the instant."""
-        return soon(f, {**self.scope.rates(mode), "sigma": self.scope.rho or ZERO, "time": ONE})
+        return soon(f, {**self.scope.rates(mode), "@sigma": self.scope.rho or ZERO, "time": ONE})
 
     def _due(self, mode: str) -> Formula:
         """An urgent edge is certainly due: enabled, or enabled right after (S8)."""
@@ -124,7 +124,7 @@ class Model:
     def _later(self, k: int) -> Formula:
         """Edge k is not enabled, chosen values left out where their bounds move: they may move along."""
         at, rates = self.scope.identity(self.edges[k]["source"]), self.scope.rates(self.edges[k]["source"])
-        moving = {v for v, r in rates.items() if r.terms} | {"sigma", "time"}
+        moving = {v for v, r in rates.items() if r.terms} | {"@sigma", "time"}
         if all(names(at.poly(r[x])).isdisjoint(moving) for r in self.sets(k) for x in ("low", "high")):
             return self.forbidden(k, False)
         return negated(at.condition(self.edges[k]["guard"]))
@@ -150,8 +150,8 @@ class Cell:
 
     def __init__(self, model: Model, c: Json, timed: bool) -> None:
         self.scope, self.mode, self.jumps = model.scope, str(c["mode"]), c.get("jumps")
-        self.slopes = {**model.scope.flow(self.mode)[1], **({"sigma": Fraction(1)} if timed else {})}
-        given = {**c["entry"], **({"sigma": c["sigma"]} if timed else {})}
+        self.slopes = {**model.scope.flow(self.mode)[1], **({"@sigma": Fraction(1)} if timed else {})}
+        given = {**c["entry"], **({"@sigma": c["sigma"]} if timed else {})}
         if given.keys() != self.slopes.keys() or timed is not ("sigma" in c):
             raise Refused("a cell does not say where its variables are")
         self.entry: Box = {v: _interval(given[v]) for v in self.slopes}
@@ -174,7 +174,7 @@ class Cell:
         if fixed is not None:
             axis, dwell = None, const(fixed)
         elif axis is None:
-            dwell, box["s"] = var("s"), stay
+            dwell, box["@s"] = var("@s"), stay
         else:
             origin, slope = point(self.entry[axis]) or START, self.slopes[axis]
             dwell, box[axis] = scale(add(var(axis), const(-origin)), 1 / slope), _moved((origin, origin), slope, stay)
@@ -189,7 +189,7 @@ class Cell:
                 box[v], entered = _moved((low, high), self.slopes[v], stay), add(var(v), way, -1)
                 unfit += [literal("<", add(entered, const(low), -1))] if low is not None else []
                 unfit += [literal(">", add(entered, const(high), -1))] if high is not None else []
-        env["s"] = dwell
+        env["@s"] = dwell
         return Env({v: p for v, p in env.items() if p != var(v)}), box, disj(unfit)
 
     def shows(self, f: Formula, stay: Interval) -> bool:
@@ -236,7 +236,7 @@ class Cells:
         """The instant is after (or at, before) a time."""
         rho = self.scope.rho
         tracked = self.timed and time is not None and rho is not None
-        return tracked and literal(op, add(var("sigma"), scale(rho or ONE, time or START), -1))
+        return tracked and literal(op, add(var("@sigma"), scale(rho or ONE, time or START), -1))
 
     def within(
         self, mode: str, env: Mapping[str, Poly], box: Box, excuse: Formula, jumps: int | None, after: int
@@ -261,7 +261,7 @@ class Cells:
         if not integral:
             raise Beyond("a variable may start at a value between two of its type")
         start = conj([at.condition(line["where"]), self.model.given(line["with"], at), self.model.domain(mode)])
-        start = placed(start, Env({"sigma": ZERO, "time": ZERO}))
+        start = placed(start, Env({"@sigma": ZERO, "time": ZERO}))
         none = negated(start)
         box = bernstein.narrowed(none, {**scope.box, **dict.fromkeys(scope.types, FREE)})
         if box is None:
@@ -280,7 +280,7 @@ class Cells:
     def _init(self, line: Json, mode: str) -> None:
         """Every start lies in a cell."""
         found = self.start(line, mode)
-        env = {**self.scope.identity(mode).env, **({"sigma": ZERO} if self.timed else {})}
+        env = {**self.scope.identity(mode).env, **({"@sigma": ZERO} if self.timed else {})}
         if found is not None and not self.within(mode, env, *found, 0, -1):
             raise Refused(f"a start leads to states of mode {mode} that are in no cell")
 
@@ -315,11 +315,11 @@ class Cells:
         env, box, unfit = c.place(stay, True)
         met = self.met(k) if self.met else False
         if self.met and c.meet is not None:  # a run has met the goal when it takes the edge
-            met = disj([met, literal(">=", add(var("s"), const(c.meet), -1))])
+            met = disj([met, literal(">=", add(var("@s"), const(c.meet), -1))])
         excuse = disj([placed(disj([self.untaken(c, k), met]), env), unfit])
         found = bernstein.narrowed(excuse, {**self.scope.box, **box})
         after = {v: substitute(p, env) for v, p in self.model.landing(k).env.items()}
-        clock = {"sigma": env.get("sigma", var("sigma"))} if self.timed else {}
+        clock = {"@sigma": env.get("@sigma", var("@sigma"))} if self.timed else {}
         return None if found is None else (Env({**after, **clock}), found, excuse)
 
     def _crossing(self, c: Cell, k: int) -> Box | None:

@@ -142,7 +142,7 @@ class Instant:
                 self._lets[key] = self.value(scope.let(self.mode, args[0])["expr"])
             return self._lets[key]
         if op == "time" and self.mode is not None:
-            return [(False, var("time"), ONE) if scope.rho is None else (False, var("sigma"), scope.rho)]
+            return [(False, var("time"), ONE) if scope.rho is None else (False, var("@sigma"), scope.rho)]
         if op in ("pi", "sym"):
             return [(False, var("pi") if op == "pi" else const(scope.ordinal(*args)), ONE)]
         known = self.env if op == "var" or (op == "param" and args[0] in self.env) else scope.params
@@ -199,7 +199,7 @@ class Instant:
     def _slope(self, e: Json) -> tuple[Poly, Poly]:
         if self.mode is None:
             raise Refused("a derivative outside a mode")
-        rates = {**self.scope.rates(self.mode), "sigma": self.scope.rho or ZERO, "time": ONE}
+        rates = {**self.scope.rates(self.mode), "@sigma": self.scope.rho or ZERO, "time": ONE}
         (_, n, d), *others = self.scope.identity(self.mode).value(e)
         if others or names(d) & rates.keys():
             raise Beyond("a derivative of what is no polynomial")

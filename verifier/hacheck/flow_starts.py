@@ -54,7 +54,7 @@ class FlowStarts:
         """Is a condition certainly true at a point? Exactly where it is one on polynomials, else as enclosures tell."""
         if isinstance(e, list) and e[:1] == ["and"]:
             return all(self._sure(f, mode, point, closed) for f in e[1:])
-        here = Env({**{v: const(q) for v, q in point.items()}, "time": const(0), "sigma": const(0)})
+        here = Env({**{v: const(q) for v, q in point.items()}, "time": const(0), "@sigma": const(0)})
         try:
             f = self.scope.identity(mode).condition(e, closed=closed)
             return bernstein.shown(placed(f, here), self.scope.box)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from hacheck import bernstein
@@ -234,27 +233,57 @@ class Induction:
         refute(proof, self.premises(*self.common(at), self.formulas[mode], negated(at.formula(self.goal))))
 
     def start(self, start: Json, wrong: bool = False) -> None:
-        """The start given is admissible: nothing is proved of nothing. It violates the goal, if that is said."""
-        mode, at = start["mode"], self.scope.identity(start["mode"])
-        if set(start["params"]) != set(self.scope.ranges) or set(start["values"]) != set(self.scope.types):
-            raise Refused("a start does not give every param and variable a value")
-        values: dict[str, Fraction] = {n: number(q) for key in ("params", "values") for n, q in start[key].items()}
-        if any(kind != "real" and values[v].denominator != 1 for v, kind in self.scope.types.items()):
-            raise Refused("a start gives a variable a value that its type does not have")
-        env = Env({**{n: const(q) for n, q in values.items()}, "time": ZERO})
+        """The start given is admissible: nothing is proved of nothing.
+
+        It violates the goal, if that is said, perhaps after jumps at once, and for all values of params left out.
+        """
+        mode, given = str(start["mode"]), set(start["params"])
+        if not (given == set(self.scope.ranges) or (wrong and given < set(self.scope.ranges))):
+            raise Refused("a start does not give every param a value")
+        if set(start["values"]) != set(self.scope.types):
+            raise Refused("a start does not give every variable a value")
+        known = {n: const(number(q)) for key in ("params", "values") for n, q in start[key].items()}
+        env = Env({**known, "time": ZERO})
+        at = self.scope.identity(mode)
         lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
-        said = [conj([*self.common(at), *self.starts(line, at)]) for line in lines]
-        always = [f for v in self.a["vars"] for f in self.window(v, at) if v["type"] == "real"]
-        always += [at.formula(e) for e in self.question.assume]
-        always += [at.formula(self.goal, True)] if wrong else []
-        always += self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
-
-        def here(f: Formula) -> bool:
-            put = replace(f, lambda op, p: literal(op, self.functions.substitute(p, env)))
-            return on_box(self.premises(negated(put)))
-
-        if not any(here(conj([f, *always])) for f in said):
+        said = [conj([*self.starts(line, at), *self.arrived(mode, env)]) for line in lines]
+        if not any(self.here(f, env) for f in said):
             raise Refused("a start is not admissible, or does not violate the goal")
+        for step in start.get("jumps", []):
+            mode, env = self.jumped(mode, env, step)
+        if wrong and not self.here(self.scope.identity(mode).formula(self.goal, True), env):
+            raise Refused("a start is not admissible, or does not violate the goal")
+
+    def arrived(self, mode: str, env: Env) -> Iterator[Formula]:
+        """What every state of a run has to be: as in all modes, in the declared ranges, as is assumed."""
+        if any(constant(env[v]).denominator != 1 for v, kind in self.scope.types.items() if kind != "real"):  # type: ignore[union-attr]
+            raise Refused("a start gives a variable a value that its type does not have")
+        at = self.scope.identity(mode)
+        yield from self.common(at)
+        yield from (f for v in self.a["vars"] for f in self.window(v, at) if v["type"] == "real")
+        yield from (at.formula(e) for e in self.question.assume)
+        yield from self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
+
+    def here(self, f: Formula, env: Env) -> bool:
+        """Does a formula certainly hold with these values, whatever the params left out?"""
+        put = replace(f, lambda op, p: literal(op, self.functions.substitute(p, env)))
+        known = self.param_ranges({}) if self.scope.params.keys() - env.keys() else ()
+        return on_box(self.premises(*known, negated(put)))
+
+    def jumped(self, mode: str, env: Env, step: Json) -> tuple[str, Env]:
+        """The state after a jump that a run can make at once."""
+        k = step["edge"]
+        if type(k) is not int or k not in self.model.leaving[mode]:
+            raise Refused("a run takes an edge that its mode does not have")
+        sets, before, after = self.model.sets(k), self.scope.identity(mode), self.model.landing(k)
+        if set(step["values"]) != {r["var"] for r in sets}:
+            raise Refused("a run does not choose the values that its edge leaves open")
+        now = Env({**env, **{v + "'": const(number(q)) for v, q in step["values"].items()}})
+        taken = conj([before.condition(self.a["edges"][k]["guard"]), self.model.given(sets, before, "'")])
+        landed = Env({**env, **{v: self.functions.substitute(p, now) for v, p in after.env.items()}})
+        if not (self.here(taken, now) and self.here(conj(self.arrived(str(after.mode), landed)), landed)):
+            raise Refused("a run takes an edge that it cannot take")
+        return str(after.mode), landed
 
 
 def shown(question: Question, entry: Json) -> tuple[str, list[tuple[str, str, str]]]:
@@ -286,6 +315,8 @@ def _at_start(question: Question, entry: Json) -> tuple[str, list[tuple[str, str
     """A goal that an admissible start violates at once."""
     if question.after is not None and question.after > 0:
         raise Refused("the claim does not speak of the start")
+    if question.jumps is not None and len(entry["start"].get("jumps", [])) > question.jumps:
+        raise Refused("a run makes more jumps than the claim speaks of")
     mode = entry["start"]["mode"]
     question.same(entry, "start", mode, "")
     Induction(question, [], None).start(entry["start"], True)

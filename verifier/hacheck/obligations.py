@@ -339,15 +339,20 @@ def established(core: Core, claim: Json, certificate: Json, settings: Callable[[
         from hacheck.systems import shown
 
         return shown(claim, certificate, systems(core.systems[claim["on"]]))
-    if claim["on"] not in core.automata or claim["which"]:
-        raise Beyond("claims about systems, rules and formulas, and `for which`")
+    if claim["on"] not in core.automata:
+        raise Beyond("claims about systems, rules and formulas")
     automaton = core.automata[claim["on"]]
-    verdict, found = _goals(claim, certificate, settings(automaton, False))
+    if claim["which"]:
+        from hacheck.boxes import shown_by_boxes
+
+        return shown_by_boxes(claim, certificate, settings(automaton, False))
+    verdict, found = goals_shown(claim, certificate, settings(automaton, False))
     rounding = certificate["rounding"]
-    return verdict, None if rounding is None else _goals(claim, rounding, settings(automaton, True))[0], found
+    return verdict, None if rounding is None else goals_shown(claim, rounding, settings(automaton, True))[0], found
 
 
-def _goals(claim: Json, certificate: Json, setting: Setting) -> tuple[str, list[tuple[str, str, str]]]:
+def goals_shown(claim: Json, certificate: Json, setting: Setting) -> tuple[str, list[tuple[str, str, str]]]:
+    """The verdict and the parts that one entry for each goal establishes."""
     given, wanted = certificate.get("goals"), certificate.get("verdict")
     if not isinstance(given, list) or len(given) != len(claim["goals"]) or not given:
         raise Refused("its certificate does not have one entry for each goal")

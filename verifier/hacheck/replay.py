@@ -60,14 +60,14 @@ class Walk:
 
     def surely(self, f: Formula, upto: Fraction = START) -> bool:
         """Does f hold for all dwells in [0, upto], and all pi and rounded constants in their enclosures?"""
-        box: bernstein.Box = {**self.scope.box, "s": (START, upto)}
+        box: bernstein.Box = {**self.scope.box, "@s": (START, upto)}
         for v in sorted(variables(f) & self.scope.box.keys() - {"pi"}):
             f = bernstein.eliminate(f, v, box)
         return bernstein.shown(f, box, self.scope.whole)
 
     def finally_(self, f: Formula) -> bool:
         """Does a formula about the last instant surely hold there?"""
-        return self.surely(placed(placed(f, self.last.state), Env({"s": const(self.last.dwell)})))
+        return self.surely(placed(placed(f, self.last.state), Env({"@s": const(self.last.dwell)})))
 
     def stuck(self) -> bool:
         """Can no time pass at the end of the run, and is no edge enabled or due (S12)?"""
@@ -75,12 +75,12 @@ class Walk:
 
     def _moving(self, still: bool = False) -> Env:
         """The state after a dwell of `s` from now, or now."""
-        s = const(0) if still else var("s")
+        s = const(0) if still else var("@s")
         rates = self.scope.rates(self.mode)
         moved = {v: add(x, mul(s, substitute(rates[v], self.params))) for v, x in self.values.items()}
         time = add(const(self.time), s)
         sigma = time if self.scope.rho is None else mul(substitute(self.scope.rho, self.params), time)
-        return Env({**self.params, **moved, "time": time, "sigma": sigma})
+        return Env({**self.params, **moved, "time": time, "@sigma": sigma})
 
     def _start(self) -> None:
         """S5: the state satisfies an init line."""
@@ -114,13 +114,13 @@ class Walk:
             self.model.walked.add(key)
         self.stages.append(Stage(self.scope.identity(self.mode), state, d, self.time))
         self.last, self.edge = (self.stages[-1], None) if d or self.edge is None else (self.last, self.edge)
-        self.values = {v: substitute(state[v], Env({"s": const(d)})) for v in self.values}
+        self.values = {v: substitute(state[v], Env({"@s": const(d)})) for v in self.values}
         self.time += d
 
     def _waits(self, state: Env, d: Fraction) -> None:
         inside = conj([self.model.domain(self.mode), self.model.declared(self.mode)])
         self.need(placed(inside, state), "it leaves the domain or a declared range", d)
-        ended = literal(">=", add(var("s"), const(d), -1))
+        ended = literal(">=", add(var("@s"), const(d), -1))
         for k in self.model.leaving[self.mode]:
             if self.model.edges[k]["urgent"]:
                 waits = disj([ended, placed(self.model.forbidden(k, False), state)])

@@ -29,7 +29,7 @@ class Scope:
         self.ranges = {p["name"]: p for p in [*core.data["params"], *automaton["params"]]}
         rounded = [n for n, c in self.constants.items() if rounding and c["half"] is not None]
         known = [*self.types, *(p["name"] for p in core.data["params"] + automaton["params"]), *rounded]
-        if len({*known, "s", "sigma", "pi", "time"}) < len(known) + 4 or any("'" in n for n in known):
+        if len({*known, "@s", "@sigma", "pi", "time"}) < len(known) + 4 or any("'" in n for n in known):
             raise Beyond("a name has another meaning in certificates")
         self.box: bernstein.Box = {"pi": PI}
         self.base = Instant(self, None, {})

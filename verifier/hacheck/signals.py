@@ -32,7 +32,7 @@ class Share(NamedTuple):
     def weaken(self, f: Formula) -> Formula:
         """True as well at ends that do not belong."""
         ends = [(self.low, self.start == 1), (self.high, self.end == 0)] if self.low < self.high else []
-        return disj([f, *(literal("==", add(var("s"), const(-q))) for q, out in ends if out)])
+        return disj([f, *(literal("==", add(var("@s"), const(-q))) for q, out in ends if out)])
 
 
 def shares(items: Json, length: Fraction) -> list[Share]:
@@ -104,7 +104,7 @@ class Ways(Signals):
 
     def length(self, i: int) -> Fraction:
         """How long a stay is looked at."""
-        low, dwell = self.cells.cells[i].entry["sigma"][0], self.cells.cells[i].stay[1]
+        low, dwell = self.cells.cells[i].entry["@sigma"][0], self.cells.cells[i].stay[1]
         if low is None:
             raise Refused("a cell is entered at no bounded time")
         left = max(ZERO, self.reach - low)
@@ -119,14 +119,14 @@ class Ways(Signals):
                 found = self.cells.start(line, mode) if line["mode"] in (None, mode) else None
                 if found is not None:
                     box = {v: found[0][v] for v in scope.types}
-                    pending += [(i, None, []) for i in self.located(mode, {**box, "sigma": (ZERO, ZERO)})]
+                    pending += [(i, None, []) for i in self.located(mode, {**box, "@sigma": (ZERO, ZERO)})]
         while pending:
             spend(200)
             i, entered, way = pending.pop()
             if len(way) > 5000:
                 raise Beyond("a run with too many jumps")
             cell, length = self.cells.cells[i], self.length(i)
-            low, high = cell.entry["sigma"]
+            low, high = cell.entry["@sigma"]
             if low is None or high is None:
                 raise Refused("a cell is entered at no bounded time")
             clock = low, high
@@ -149,7 +149,7 @@ class Ways(Signals):
         found = self.cells.outcome(c, k, c.stay)
         if found is None:
             return {}, c.stay
-        dwell = c.place(c.stay, True)[0].get("s", var("s"))
+        dwell = c.place(c.stay, True)[0].get("@s", var("@s"))
         return {v: bounds(p, found[1]) for v, p in found[0].items()}, meet(bounds(dwell, found[1]), c.stay)
 
     def _may_end(self, i: int, low: Fraction) -> bool:
@@ -270,7 +270,7 @@ class Single(Signals):
         for p in found:
             if p.value != "u":
                 f = placed(p.weaken(stage.at.formula(e, p.value == "f")), stage.state)
-                if not walk.surely(placed(f, Env({"s": add(var("s"), const(p.low))})), p.high - p.low):
+                if not walk.surely(placed(f, Env({"@s": add(var("@s"), const(p.low))})), p.high - p.low):
                     raise Refused("a truth along a run is not the one given")
         return found
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy
 
+from haverify.analyses.induction.invented import system_of as system_of_mode
 from haverify.analyses.synthesis.samples import holds, sample
 from haverify.analyses.synthesis.system import System
 from haverify.elaborate.elaborate import elaborate
@@ -27,9 +28,7 @@ def system_of(path: Path) -> System:
     asked = Induction(spec, automaton, claim, claim.goals[0])
     asked.check()
     (mode,) = automaton.modes
-    common = asked.common(mode.name)
-    starts = tuple(asked.premises(*common, *asked.starts(line, m)) for line, m, _ in asked.lines())
-    return System(asked.premises(*common), starts, asked.aim(mode.name), asked.field(mode.name))
+    return system_of_mode(asked, mode.name)
 
 
 def violations(path: Path, count: int) -> int:

@@ -19,7 +19,7 @@ from haverify.obligations.translate import Landing, OutsideFragmentError, Scope
 from haverify.text.record import field, holder, record
 
 Q = Fraction
-DWELL, CLOCK = "s", "sigma"  # the box variables of certificates: scaled dwell, scaled time at entry
+DWELL, CLOCK = "@s", "@sigma"  # the box variables of certificates: scaled dwell and time at entry; no user names
 RESERVED = frozenset({DWELL, CLOCK, "pi"})
 PI = (Q(103993, 33102), Q(104348, 33215))  # consecutive convergents of pi: below, above
 

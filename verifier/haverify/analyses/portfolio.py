@@ -104,13 +104,28 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
         return Evidence(Unknown("fragment", missing), (), METHOD)
     context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
+    if claim.which:
+        return _by_pieces(contexts, context, claim, units)
     try:
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
         steady = Evidence(Unknown("fragment", str(e)), (), METHOD)
-        before = steady if claim.using else _by_flowpipe(context, claim, str(e))
+        before = steady if claim.using else _by_flowpipe(context, claim, str(e), units)
         return _by_induction(contexts, context, claim, before, units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:
+    """What is shown for which values of a param; invariants that the claim uses are those of the whole range."""
+    from haverify.analyses.which import decide_which
+
+    used = {(n, units): _decide_once(contexts.spec, c, contexts, units) for c in contexts.spec.claims
+            if (n := c.name) in claim.using}  # fmt: skip
+
+    def piece(spec: Spec, alone: Claim) -> Evidence:
+        return decide(spec, alone, Contexts(spec, decided=dict(used)), units)
+
+    return decide_which(contexts.spec, context.automaton, claim, piece)
 
 
 def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
@@ -123,7 +138,7 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
             return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
     try:
-        found = decide_invariant(context.spec, context.automaton, claim, context.core)
+        found = decide_invariant(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError:
         return before
     if claim.inductive or not isinstance(found.verdict, Unknown):
@@ -140,18 +155,15 @@ def _is_steady(context: Context) -> bool:
     return all(line.rate.op == "num" for line in lines if isinstance(line.rate, Expr))
 
 
-def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
+def _by_flowpipe(context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
-    from haverify.analyses.hybrid.decide import decide_hybrid
-    from haverify.analyses.taylor_reach import METHOD as TAYLOR
-    from haverify.analyses.taylor_reach import decide_flow
+    from haverify.analyses.hybrid.decide import METHOD as TAYLOR
+    from haverify.analyses.hybrid.decide import decide_flow
 
-    needs_tree = context.automaton.edges or any(g.kind in ("reach", "stl") for g in claim.goals)
-    decides = decide_hybrid if needs_tree else decide_flow
     try:
-        return decides(context.spec, context.automaton, claim, context.core)
+        return decide_flow(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 
@@ -164,8 +176,6 @@ def _missing(spec: Spec, claim: Claim) -> str | None:
     if claim.on is None or all(a.name != claim.on for a in spec.automata):
         named = f"`{claim.on}` is no automaton" if claim.on else "the claim names no automaton"
         return f"{named}: systems, rules and fuzzy controllers are not decided in this version"
-    if claim.which:
-        return "`for which` needs a split of the params' range, which this version does not have"
     if claim.method is not None and claim.method[0] not in OURS:
         return f"`method {claim.method[0]}` is not in this version; without it the exact analysis of clocks is used"
     return None

@@ -33,6 +33,10 @@ Propose the smallest changes that make a spec plausible: a sign, a decimal place
 open or closed bound, a bit of a rule. Each is tried before it is shown: the changed text is read again and decided
 again, exactly. Nothing is written, and where nothing is wrong nothing is proposed."""
 
+_SIMULATE = """\
+Follow runs of an automaton in floating point: the first one with params at their defaults and everything else in the
+middle, the others by chance. Runs show what a model does; they prove nothing."""
+
 _REPAIR_MORE = """\
 exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong that no small change mends;
 2 call or input cannot be understood. Findings that haverify.lock or @allow accepts are spared in the spec's own text,
@@ -46,6 +50,24 @@ The evidence itself is re-established by `haverify recheck`."""
 
 _PLOT = """\
 Draw the figures of a report folder again, from report.json, core.json and the certificates; nothing is run."""
+
+
+_REPLAY = """\
+Replay the cycle of a gait on a robot and judge it: what its joints can do as claims, decided and re-checked like
+those of `check`; what the whole body does by enclosures over the cycle, and by samples where these say so."""
+
+_REPLAY_MORE = """\
+--robot DIR holds robot.toml and the URDF it names; --map says which output drives which joint (docs/robot.md).
+exit codes are those of `check`; a sampled check that breaks its limit counts as unknown (3), advice as nothing."""
+
+
+_FIT = """\
+Read recordings of a walk, find its cycles and phases, fit a polynomial to each joint and phase, and write all of it as
+a spec with claims and tables, ready for `check`. Angles have no step between phases, nor where the cycle closes."""
+
+_FIT_MORE = """\
+DATA: .mot .sto .csv .trc .c3d .json (landmarks); docs/fitting.md says what is expected of each.
+exit codes: 0 the spec is written; 2 a recording cannot be used, and nothing is written"""
 
 
 def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
@@ -74,6 +96,9 @@ def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
         _plot,
         _repair,
         _invent,
+        _simulate,
+        _replay,
+        _fit,
         _init,
         _doctor,
     )
@@ -162,6 +187,23 @@ def _invent(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--seconds", type=float, default=40.0, metavar="N", help="CPU time for each claim (default 40)")
 
 
+def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "simulate", _SIMULATE, help="runs of an automaton: tables and drawings")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
+    p.add_argument("-a", "--automaton", metavar="NAME", help="the automaton or system (default: the first)")
+    p.add_argument("-n", "--runs", type=int, default=1, metavar="RUNS", help="how many (default 1)")
+    p.add_argument("--seed", type=int, default=0, metavar="N", help="what chance starts from (default 0)")
+    p.add_argument("--until", default="10s", metavar="TIME", help="the horizon: 10s, 2min (default 10s)")
+    p.add_argument(
+        "--policy",
+        choices=("earliest", "latest", "random"),
+        default="earliest",
+        help="when an edge that may wait is taken (default earliest)",
+    )
+    p.add_argument("--samples", type=int, default=200, metavar="N", help="instants in a table (default 200)")
+    p.add_argument("--csv", metavar="PATH", help="write a table (- for standard output)")
+
+
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
     p = commands.add_parser("explain", help="the manual page of a finding or of an analysis")
     p.add_argument("topic", metavar="CODE", help="a code (HA303) or an analysis (poly-range)")
@@ -197,6 +239,32 @@ def _plot(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("report", metavar="REPORT.json", help="a report in its folder, or the folder")
     p.add_argument("-o", "--output", metavar="DIR", help="where they go (default: figures/ in the report folder)")
     p.add_argument("-p", "--property", metavar="NAME", help="those of one claim only")
+
+
+def _replay(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "replay", _REPLAY, _REPLAY_MORE, help="judge a gait on a robot")
+    p.add_argument("file", metavar="FILE", help="a spec")
+    p.add_argument("--robot", required=True, metavar="DIR", help="the robot's folder, such as models/hoap2")
+    p.add_argument("--map", metavar="MAP.toml", help="which output drives which joint (default: the robot's own)")
+    p.add_argument("--speed", metavar="FACTOR", help="replay at this multiple of the gait's pace (default: the map's)")
+    p.add_argument("--claims", action="store_true", help="print the summary of the claims about the joints too")
+    p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
+    where = p.add_mutually_exclusive_group()
+    where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>-<robot>/)")
+    where.add_argument("--no-report", action="store_true", help="keep no report")
+    p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+
+
+def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "fit", _FIT, _FIT_MORE, help="gait recordings to a spec with tables")
+    p.add_argument("files", nargs="+", metavar="DATA", help="recordings, and ground forces recorded with them")
+    p.add_argument("-o", "--output", required=True, metavar="OUT.ha", help="the spec to write; tables go to OUT/")
+    p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle (default: more cycles)")
+    p.add_argument("--order", type=int, choices=(0, 1, 2), help="derivatives without a step (default 1)")
+    p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
+    p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
+    p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

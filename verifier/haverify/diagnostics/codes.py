@@ -33,7 +33,7 @@ class Code:
 _SEVERITIES = {"E": Severity.ERROR, "W": Severity.WARNING, "I": Severity.INFORMATION, "U": Severity.VERDICT}
 
 _MEANINGLESS_FAMILIES = ("HA0", "HA1")
-_MEANINGLESS = ("HA210", "HA211", "HA504", "HA601", "HA608")
+_MEANINGLESS = ("HA210", "HA211", "HA224", "HA504", "HA601", "HA608")
 
 _ROWS = (
     ("HA001", "unexpected token", "E", "syn", ""),
@@ -65,6 +65,12 @@ _ROWS = (
     ("HA214", "rounding of printed coefficients exceeds the margin", "W", "int", ""),
     ("HA215", "data file changed since its hash was recorded", "W", "syn", "S"),
     ("HA216", "polynomial evaluated outside its fitted range", "W", "int", ""),
+    ("HA221", "the header of a recording contradicts its rows", "W", "syn", ""),
+    ("HA222", "samples of a recording are missing", "W", "syn", ""),
+    ("HA223", "a recording is turned: sign of the knee, direction of the walk", "W", "int", ""),
+    ("HA224", "a recording lacks what a walk needs", "E", "int", ""),
+    ("HA225", "left and right may be exchanged in a recording", "W", "int", ""),
+    ("HA226", "events of a recording are missing or contradict one another", "I", "int", ""),
     ("HA301", "unreachable mode", "W", "graph, then int", ""),
     ("HA302", "guard never enabled", "W", "smt", "P"),
     ("HA303", "time-lock: domain left with no edge enabled", "E", "smt", ""),

@@ -351,7 +351,7 @@ def _derivative(scope: Scope, e: Expr) -> list[Case]:
     if len(cases) != 1 or cases[0].condition is not True or cases[0].denominator.constant is None:
         raise OutsideFragmentError(f"{scope.where} reads the derivative of something that is no polynomial")
     p = cases[0].numerator.scaled(1 / (cases[0].denominator.constant or ONE))
-    if "sigma" in p.variables:
+    if "@sigma" in p.variables:
         raise OutsideFragmentError(f"{scope.where} reads the derivative of `time`")
     summands = []
     for v in p.variables:

@@ -26,6 +26,11 @@ def findings_as_json(findings: Iterable[Finding]) -> str:
     return _laid_out(list(findings), "\n") + "\n"
 
 
+def facts_as_json(facts: Any) -> str:
+    """Facts of another kind, laid out like a report."""
+    return _laid_out(facts, "\n") + "\n"
+
+
 def _plain(value: Any) -> Any:
     """Records as objects."""
     if isinstance(value, dict):

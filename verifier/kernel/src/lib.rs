@@ -10,25 +10,36 @@
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
 pub mod arena;
+pub mod automaton;
+pub mod chance;
 pub mod condition;
 pub mod crossing;
+pub mod dense;
 pub mod elementary;
 pub mod environment;
 pub mod errors;
+pub mod events;
 pub mod fault;
 mod flow;
 pub mod flowpipe;
 pub mod hybrid;
 pub mod interval;
 mod judging;
+pub mod kinematics;
 pub mod matrix;
 pub mod models;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod roots;
 pub mod rounding;
 pub mod rules;
 pub mod series;
 pub mod sets;
+pub mod simulate;
+#[cfg(feature = "python")]
+mod simulate_python;
+pub mod stepping;
 pub mod sweep;
 mod walk;
+pub mod zeno;

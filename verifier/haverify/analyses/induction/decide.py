@@ -14,12 +14,13 @@ from haverify.analyses.induction.counterexample import leaving, state_text
 from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.prove import prove
-from haverify.analyses.induction.refutation import Start, at_once, by_run, starts
+from haverify.analyses.induction.refutation import Start, at_once, by_jump, by_run, starts
 from haverify.analyses.induction.refute import Effort
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
-from haverify.evidence.run import Run
+from haverify.evidence.run import Run, Step
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
+from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
@@ -29,8 +30,10 @@ from haverify.obligations.premises import formula_json, primitive
 from haverify.text.record import holder
 
 Q = Fraction
+ONE = Fraction(1)
 Json = Any
 METHOD = "induction"
+FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
 
 
@@ -47,15 +50,18 @@ class Shown:
         return all(proof is not None for _, proof in self.parts)
 
 
-def decide_invariant(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json) -> Evidence:
-    """What induction shows of a claim.
+def decide_invariant(
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, scale: Fraction = ONE
+) -> Evidence:
+    """What induction shows of a claim; `scale` says how long an invariant is searched for, 1 being usual.
 
     Raises
     ------
     OutsideFragmentError    if the automaton or the claim is not of the kind that invariants are shown of
     """
     known = hashes(spec, automaton, core)
-    answers = [_goal(spec, automaton, claim, goal, known, number) for number, goal in enumerate(claim.goals)]
+    seconds = SECONDS * float(scale)
+    answers = [_goal(spec, automaton, claim, goal, known, number, seconds) for number, goal in enumerate(claim.goals)]
     verdict = _combined([v for v, _, _ in answers])
     parts = tuple(p for _, _, found in answers for p in found)
     if isinstance(verdict, Unknown):
@@ -71,7 +77,7 @@ def _combined(verdicts: list[Verdict]) -> Verdict:
 
 
 def _goal(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int, seconds: float
 ) -> tuple[Verdict, Json, list[PartResult]]:
     used = [c for c in spec.claims if c.name in claim.using]
     using = tuple(c.goals[0].condition for c in used)
@@ -82,28 +88,27 @@ def _goal(
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
     shown = _quickly(induction)
     if not shown.is_proved():
-        refuted = _refuted(induction, known, number)
+        refuted = _refuted(induction, shown, known, number)
         if refuted is not None:
             return refuted
-        shown = _shown(induction, shown)
+        shown = _shown(induction, shown, seconds)
     if not shown.is_proved():
         return _open(shown), {}, _parts(shown, number)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
     return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
-def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict, Json, list[PartResult]] | None:
-    """A start, or a run, that violates the goal."""
+def _refuted(
+    induction: Induction, shown: Shown, known: Hashes, number: int
+) -> tuple[Verdict, Json, list[PartResult]] | None:
+    """A start, or a run, that violates the goal; what was `shown` of the goal as an invariant says where to look."""
     told = known.goal(induction.claim, induction.goal)
     verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
-    start = at_once(induction)
+    start = _start_refuting(induction, {ob.kind for ob, proof in shown.parts if proof is None})
     if start is not None:
-        entry = {
-            "kind": "start",
-            "start": _start_json(induction, start),
-            "hash": known.part(told, "start", start.mode, ""),
-        }
-        run = Run(start.mode, _pairs(entry["start"]["values"]), _pairs(entry["start"]["params"]), (), Q(0))
+        entry = started(induction, start, known.part(told, "start", start.mode, ""))
+        steps = tuple(Step(Q(0), k, chosen) for k, chosen in start.jumps)
+        run = Run(start.mode, _pairs(entry["start"]["values"]), _pairs(entry["start"]["params"]), steps, Q(0))
         part = PartResult(number, "start", start.mode, "", f"start in mode {start.mode}", verdict, run)
         return verdict, entry, [part]
     found = by_run(induction)
@@ -111,6 +116,21 @@ def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict,
         return None
     entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
     return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def _start_refuting(induction: Induction, failed: set[str]) -> Start | None:
+    """A start that violates the goal, or does after a jump, where that part of the goal was not shown."""
+    found = at_once(induction, FEW) if "init" in failed else None
+    found = found or (by_jump(induction) if failed & {"init", "edge"} else None)
+    return found or (at_once(induction) if "init" in failed else None)
+
+
+def started(induction: Induction, start: Start, digest: str) -> Json:
+    """The entry for a start that violates the goal."""
+    told = _start_json(induction, start)
+    if start.jumps:
+        told["jumps"] = [{"edge": k, "values": {v: rational_text(q) for v, q in chosen}} for k, chosen in start.jumps]
+    return {"kind": "start", "start": told, "hash": digest}
 
 
 def _pairs(values: Json) -> tuple[tuple[str, Q], ...]:
@@ -123,10 +143,10 @@ def _quickly(induction: Induction) -> Shown:
     return next((s for s in shown if s.is_proved()), shown[-1])
 
 
-def _shown(induction: Induction, before: Shown) -> Shown:
+def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
     if not induction.claim.inductive and applies(induction):
-        return _invented(induction) or before
+        return _invented(induction, seconds) or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 
@@ -138,9 +158,9 @@ def candidates(induction: Induction) -> Iterator[Invariant]:
     yield {m.name: primitive(induction.aim(m.name)) for m in induction.automaton.modes}
 
 
-def _invented(induction: Induction) -> Shown | None:
+def _invented(induction: Induction, seconds: float) -> Shown | None:
     """What was shown of an invariant that was found, if all of it."""
-    found = invent(induction, SECONDS)
+    found = invent(induction, seconds)
     if found is None:
         return None
     shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})

@@ -19,13 +19,14 @@ Q = Fraction
 Point = dict[str, Q]
 FIRST_TRIES, TRIES = 200, 4000
 MANY = 8  # names: more than a grid can search
+HALVINGS, FAR = 40, Q(1000)  # for points at the border
 FEW = (Q(0), Q(1), Q(-1), Q(2), Q(-2), Q(1, 2), Q(-1, 2), Q(10), Q(-10))
 
 
 def satisfying(premises: Premises, names: Iterable[str], tries: int = TRIES) -> Point | None:
     """Values of the names for which all entries certainly hold; None where none was found."""
     wanted = sorted(names)
-    for limit in (FIRST_TRIES, tries):
+    for limit in sorted({min(FIRST_TRIES, tries), tries}):
         for solved in _cases(premises):
             found = _search(solved, premises, wanted, limit)
             if found is not None:
@@ -125,3 +126,18 @@ def certainly(f: Formula, point: Mapping[str, Q], functions: Functions) -> bool:
         return by_bounds(leaf.op, *bounds(p, enclosed(functions, [Literal(leaf.op, p)], box)))
 
     return truth(f, known) is True
+
+
+def farthest(premises: Premises, first: Point, names: Iterable[str]) -> Iterator[Point]:
+    """A point that satisfies premises, and those farthest from it along each axis that still do."""
+    yield first
+    for v in names:
+        for sign in (1, -1):
+            inside, outside = Q(0), FAR
+            for _ in range(HALVINGS):
+                middle = (inside + outside) / 2
+                there = {**first, v: first[v] + sign * middle}
+                is_inside = all(certainly(f, there, premises.functions) for f in premises.entries)
+                inside, outside = (middle, outside) if is_inside else (inside, middle)
+            if inside:
+                yield {**first, v: first[v] + sign * inside}

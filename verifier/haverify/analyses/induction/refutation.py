@@ -7,14 +7,13 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from haverify.analyses.flow_model import flow_model
-from haverify.analyses.induction.points import Point, certainly, satisfying
+from haverify.analyses.induction.points import TRIES, Point, certainly, farthest, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
 from haverify.analyses.synthesis.starts import exact_points
 from haverify.evidence.run import Run
 from haverify.model.expression import TRUE, Expr
 from haverify.model.hybrid import Assign, Init, Param, Range
-from haverify.obligations.formula import negation
+from haverify.obligations.formula import Formula, negation
 from haverify.obligations.induction import Induction
 from haverify.obligations.premises import Premises
 from haverify.obligations.translate import OutsideFragmentError
@@ -30,10 +29,11 @@ TRIED = 4
 
 @record
 class Start:
-    """An admissible start."""
+    """An admissible start, and jumps that are made there at once: edges, and the values chosen by their resets."""
 
     mode: str
     point: Point
+    jumps: tuple[tuple[int, tuple[tuple[str, Q], ...]], ...] = ()
 
 
 def names_of(induction: Induction) -> list[str]:
@@ -77,20 +77,69 @@ def _around(told: Premises, first: Point) -> Iterator[Point]:
             return
 
 
-def at_once(induction: Induction) -> Start | None:
+def at_once(induction: Induction, tries: int = TRIES) -> Start | None:
     """An admissible start that violates the goal there and then, where the goal speaks of the start."""
-    window = induction.goal.window
-    if window is not None and induction.values.number(window[0]) > 0:
-        return None
-    names = [*names_of(induction), "time"]
-    for line, mode, _ in induction.lines():
-        windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
-        wrong = induction.formula(Expr("not", (induction.condition,)), mode)  # where a divisor is 0 nothing is violated
-        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows, wrong)
-        found = satisfying(told, names)
+    for way in (w for w in ways(induction) if w.edge is None):
+        found = satisfying(way.told.with_(way.wrong), way.names(induction), tries)
         if found is not None:
-            return Start(mode, found)
+            return way.start(found)
     return None
+
+
+@record
+class Way:
+    """What an admissible start satisfies that may make a jump (`edge`) at once, and what violates the goal then."""
+
+    mode: str
+    edge: int | None
+    told: Premises
+    wrong: Formula
+
+    def start(self, point: Point) -> Start:
+        """The start at a point."""
+        chosen = tuple((n[:-1], q) for n, q in point.items() if n.endswith("'"))
+        state = {n: q for n, q in point.items() if not n.endswith("'")}
+        return Start(self.mode, state, () if self.edge is None else ((self.edge, chosen),))
+
+    def names(self, induction: Induction) -> list[str]:
+        """What a point has to give a value to."""
+        resets = induction.automaton.edges[self.edge].resets if self.edge is not None else ()
+        return [*names_of(induction), "time", *(f"{a.var}'" for a in resets if isinstance(a.to, Range))]
+
+
+def ways(induction: Induction) -> Iterator[Way]:
+    """Starts that may violate the goal, and those that may after one jump, where the goal speaks of the start."""
+    window, most = induction.goal.window, induction.claim.jumps
+    if window is not None and induction.values.number(window[0]) > 0:
+        return
+    denial = Expr("not", (induction.condition,))  # where a divisor is 0 nothing is violated
+    windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
+    for line, mode, _ in induction.lines():
+        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
+        yield Way(mode, None, told, induction.formula(denial, mode))
+        for k, edge in enumerate(induction.automaton.edges):
+            if edge.source == mode and most != 0:
+                guard = induction.formula(edge.guard, mode)  # as written, also where the edge is urgent
+                after = [induction.after(f, k) for f in windows]
+                wrong = induction.after(induction.formula(denial, edge.target), k)
+                yield Way(mode, k, told.with_(guard, *induction.jump(k), *after), wrong)
+
+
+def by_jump(induction: Induction) -> Start | None:
+    """An admissible start from which one jump, made at once, violates the goal."""
+    for way in (w for w in ways(induction) if w.edge is not None):
+        names = way.names(induction)
+        found = satisfying(way.told.with_(way.wrong), names, 200) or _at_border(induction, way, names)
+        if found is not None:
+            return way.start(found)
+    return None
+
+
+def _at_border(induction: Induction, way: Way, names: list[str]) -> Point | None:
+    """A start that is as far out as it may be, and violates the goal."""
+    first = satisfying(way.told, names, 200)
+    found = farthest(way.told, first, names) if first is not None else ()
+    return next((p for p in found if certainly(way.wrong, p, induction.functions)), None)
 
 
 def by_run(induction: Induction) -> Run | None:
@@ -135,23 +184,24 @@ def _suspects(induction: Induction, span: Q) -> list[tuple[Start, float]]:
 
 def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     """The run from a start up to its violation, if a flowpipe shows it."""
-    from haverify.analyses.taylor_reach import violating_from
+    from haverify.analyses.hybrid.model import hybrid_model
+    from haverify.analyses.hybrid.question import question_of
+    from haverify.analyses.hybrid.runs import by_a_run
 
     spec, automaton, claim = _alone(induction, start)
     if induction.limit is None:
         claim = replace(claim, time=Expr("num", (span,)))
     try:
         goal = claim.goals[0]
-        model = flow_model(spec, automaton, [goal.condition])
-        fixed = {n: low for n, (low, _) in induction.params.items()} | {"time": Q(0)} | start.point
-        at = violating_from(model, claim, goal, [fixed[n] for n in model.names])
+        model = hybrid_model(spec, automaton, [goal.condition])
+        _, run = by_a_run(question_of(model, claim, goal))
     except OutsideFragmentError:
         return None
-    if at is None:
+    if run is None:
         return None
     values = tuple((v.name, start.point[v.name]) for v in induction.automaton.vars)
     params = tuple((n, start.point.get(n, low)) for n, (low, _) in induction.params.items())
-    return Run(start.mode, values, params, (), at)
+    return Run(start.mode, values, params, (), run.last)
 
 
 def _alone(induction: Induction, start: Start) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 from haverify.maths.elimination import kernel
@@ -56,13 +57,35 @@ def darboux_polynomials(
     if not moving or len(basis) + len(factors) > LARGEST:
         return
     seen: set[Polynomial] = {constant(0)}
-    for guess in _guesses(field, basis, factors, tries):
-        cofactor = total(m.scaled(q) for m, q in zip(factors, guess, strict=True))
+    guesses = (
+        total(m.scaled(q) for m, q in zip(factors, g, strict=True)) for g in _guesses(field, basis, factors, tries)
+    )
+    for cofactor in chain(_diagonal(field, moving, degree), guesses):
         if cofactor in seen:
             continue
         seen.add(cofactor)
         for p in eigenpolynomials(field, names, degree, cofactor):
             yield p, cofactor
+
+
+def _diagonal(field: Field, moving: Sequence[str], degree: int) -> Iterator[Polynomial]:
+    """Cofactors of monomials up to a degree, with what each rate has of its own name divided by that name.
+
+    Where p has such a monomial on an edge of its Newton polytope that the field keeps, this is its cofactor.
+    """
+    own = {v: _divided(field[v], v) for v in moving}
+    for m in monomials(tuple(moving), degree)[1:]:
+        ((named, _),) = m.whole.items()
+        yield total(own[v].scaled(Fraction(e)) for v, e in named)
+
+
+def _divided(p: Polynomial, v: str) -> Polynomial:
+    """The terms of p that v divides, divided by v."""
+    found = {}
+    for m, c in p.whole.items():
+        if any(w == v for w, _ in m):
+            found[tuple((w, e - (w == v)) for w, e in m if (w, e) != (v, 1))] = c
+    return Polynomial(found, p.divisor)
 
 
 def _guesses(
@@ -79,7 +102,9 @@ def _guesses(
     b = numpy.stack([_dense(x, size, n) for x in products])
     random = numpy.random.default_rng(5)
     for _ in range(tries):
-        found = _newton(a, b, random.standard_normal(n), random.standard_normal(k) * 2, random.standard_normal(n))
+        p = random.standard_normal(n)
+        c = numpy.linalg.lstsq((b @ p).T, a @ p, rcond=None)[0] if k else random.standard_normal(k)
+        found = _newton(a, b, p, c, random.standard_normal(n))
         if found is not None:
             yield [Fraction(float(c)).limit_denominator(24) for c in found]
 

@@ -21,6 +21,7 @@ class System:
     starts: tuple[Premises, ...]
     goal: Formula
     field: dict[str, Polynomial]
+    sight: tuple[Polynomial, ...] = ()  # sums that the text of the flow has, which may be worth a look
 
 
 @record

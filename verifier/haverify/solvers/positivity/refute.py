@@ -7,13 +7,14 @@ from fractions import Fraction
 from time import process_time
 from typing import Any
 
-from haverify.maths.polynomial import Polynomial, constant, total, variable
-from haverify.obligations.formula import Formula, Junction, Literal
-from haverify.obligations.premises import Premises
+from haverify.maths.polynomial import Polynomial, constant, variable
+from haverify.obligations.formula import Formula, Junction, Literal, negation
+from haverify.obligations.premises import Premises, formula_json
 from haverify.solvers.positivity import linear_search, semidefinite
 from haverify.solvers.positivity.ansatz import Found, Free, error
 from haverify.solvers.positivity.identity import Identity
-from haverify.solvers.positivity.levels import Level, Question, ansatz, names_of
+from haverify.solvers.positivity.levels import Level, Question, affine_names, ansatz, names_of
+from haverify.solvers.positivity.powers import is_tall, lowered, powers, why
 from haverify.text.record import record
 
 Proof = Any
@@ -45,6 +46,9 @@ def refute(premises: Premises, effort: Effort) -> Proof | None:
 def _refute(premises: Premises, effort: Effort, branches: int) -> Proof | None:
     if is_absurd(premises.entries):
         return "t"
+    tall = _unbounded_tall(premises)
+    if tall is not None:
+        return _bounded_first(premises, effort, branches, *tall)
     split = next((i for i, e in enumerate(premises.entries) if _is_open(e, premises.entries)), None)
     if split is None:
         return _linear(premises, effort)
@@ -59,6 +63,29 @@ def _refute(premises: Premises, effort: Effort, branches: int) -> Proof | None:
             return None
         proofs.append(proof)
     return ["or", split, proofs]
+
+
+def _unbounded_tall(premises: Premises) -> tuple[int, int, Literal] | None:
+    """The place of a tall literal, one of the bounds that it implies, and which one, that is not among the entries."""
+    for place, e in enumerate(premises.entries):
+        if isinstance(e, Literal) and is_tall(e):
+            for k, bound in enumerate(lowered(e)):
+                if bound not in premises.entries:
+                    return place, k, bound
+    return None
+
+
+def _bounded_first(
+    premises: Premises, effort: Effort, branches: int, place: int, k: int, bound: Literal
+) -> Proof | None:
+    """The proof that cuts with a bound that a tall literal implies."""
+    rest = _refute(premises.with_(bound), effort, branches)
+    if rest is None:
+        return None
+    against = premises.with_(negation(bound)).entries
+    shown = why(against, place, len(premises.entries), k)
+    assert not shown.total(against).whole
+    return ["cut", formula_json(bound), rest, shown.proof()]
 
 
 def _is_open(e: Formula, entries: Sequence[Formula]) -> bool:
@@ -144,7 +171,7 @@ def components(entries: Sequence[Formula]) -> list[tuple[int, ...]]:
     """The places of literals that are connected by names they share, the groups with late ones first."""
     groups: list[tuple[set[str], list[int]]] = []
     for i, e in enumerate(entries):
-        if isinstance(e, Literal):
+        if isinstance(e, Literal) and not is_tall(e):
             names, places = set(e.polynomial.variables), [i]
             for group in [g for g in groups if g[0] & names]:
                 names |= group[0]
@@ -166,10 +193,12 @@ def _mentions(e: Formula, names: Sequence[str]) -> bool:
 
 def answer(question: Question, level: Level, effort: Effort) -> Found | None:
     """A solution for the multipliers of a level."""
+    if level.method == "affine" and not affine_names(question):
+        return None
     there, back = coordinates(question)
     wanted = ansatz(moved(question, there), level)
     try:
-        if level.method == "squares":
+        if level.method in ("squares", "affine"):
             found = semidefinite.solve(wanted, effort.seconds())
         else:
             found = linear_search.solve(wanted, level.method == "pairs")
@@ -247,19 +276,14 @@ def _narrow(found: dict[str, Ends], v: str, ends: Ends) -> None:
 
 def ball(p: Polynomial) -> dict[str, tuple[Fraction, Fraction]]:
     """The box around `sum a (x - m)^n <= r` with even n and a > 0, if `p <= 0` says that; empty for anything else."""
-    if any(len(m) > 1 for m in p.whole):
+    known = powers(p)
+    if known is None:
         return {}
-    tops = {v: p.degree(v) for v in p.variables}
-    leading = {v: p.terms[((v, n),)] for v, n in tops.items()}
-    if any(n % 2 or leading[v] <= 0 for v, n in tops.items()):
-        return {}
-    middle = {v: -p.terms.get(((v, n - 1),), Fraction(0)) / (n * leading[v]) for v, n in tops.items()}
-    radius = -p.value(middle)
-    powers = [(variable(v) - constant(middle[v])) ** n for v, n in tops.items()]
-    if radius < 0 or total(q.scaled(leading[v]) for v, q in zip(tops, powers, strict=True)) - constant(radius) != p:
-        return {}
-    reach = {v: Fraction(float(radius / leading[v]) ** (1 / n) * 1.000001) for v, n in tops.items()}
-    return {v: (middle[v] - reach[v], middle[v] + reach[v]) for v in tops}
+    found = {}
+    for s in known[0]:
+        reach = Fraction(float(known[1] / s.weight) ** (1 / s.exponent) * 1.000001)
+        found[s.name] = (s.middle - reach, s.middle + reach)
+    return found
 
 
 def _power_of_two(x: Fraction) -> Fraction:

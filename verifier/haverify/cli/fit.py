@@ -1,0 +1,63 @@
+"""`haverify fit`: gait recordings to a spec with tables."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from haverify.cli.output import put, wants_colour
+from haverify.diagnostics.codes import is_error
+from haverify.diagnostics.render import render_all
+from haverify.errors import UsageError
+from haverify.fitting.emit import emit
+from haverify.fitting.table import table
+from haverify.fitting.walk import Options, Walk, walk
+from haverify.report.exit_codes import OK, UNREADABLE
+from haverify.run.recordings import recorded
+
+
+def run(called: argparse.Namespace) -> int:
+    """Write the spec and its tables; exit code 2, and nothing written, where a recording cannot be used."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for one another
+    path = Path(called.output)
+    stem = path.stem
+    if path.suffix != ".ha" or not stem.replace("-", "_").isidentifier():
+        raise UsageError(f"{path}: the spec's name is letters, digits and _, and ends in .ha")
+    options = _options(called)
+    read = recorded(called.files, called.angles or "")
+    found = list(read.found)
+    made: Walk | None = None
+    if not any(is_error(d) for d in found):
+        if not read.recordings:
+            raise UsageError("no recording among the files: only ground forces")
+        made, more = walk(read.recordings, read.forces, options)
+        found += more
+    sys.stderr.write(render_all(found, read.sources, wants_colour()))
+    if made is None:
+        return UNREADABLE
+    for name, text in emit(made, stem).items():
+        _write(path.parent / name, text)
+    if called.plot:
+        from haverify.cli.walk_figure import walk_figure
+
+        _write(Path(called.plot), walk_figure(made, stem))
+    put(table(made))
+    put(f"{path}: written; try `haverify check {path}`\n")
+    return OK
+
+
+def _options(called: argparse.Namespace) -> Options:
+    order = 1 if called.order is None else called.order
+    if called.degree is not None and not 2 * order + 1 <= called.degree <= 9:
+        raise UsageError(f"--degree {called.degree}: {2 * order + 1} to 9 with --order {order}")
+    return Options((called.leg or "")[:1], order, called.degree, called.events or "zeni")
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as e:
+        raise UsageError(f"{file}: cannot be written: {e.strerror}") from e

@@ -1,0 +1,132 @@
+"""What a fitted walk claims: every bound comes from outside the fit, every expectation from exact evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import ceil, floor
+
+from haverify.fitting.bounds import fastest, outside, ranges
+from haverify.fitting.curve import Curve, Residual
+from haverify.fitting.tables import text
+from haverify.fitting.walk import Walk
+from haverify.recordings.phases import PHASES
+from haverify.recordings.recording import JOINTS, told
+
+Q = Fraction
+Picked = Sequence[tuple[str, int, Q, dict[str, Q]]]
+
+LIMITS = {"h": ("hip", Q(-30), Q(120)), "k": ("knee", Q(-135), Q(10)), "a": ("ankle", Q(-50), Q(20))}
+"""Normal ranges of motion of adults (American Academy of Orthopaedic Surgeons, Joint Motion, 1965); 10 deg of
+hyperextension of the knee."""
+
+
+def claims(walk: Walk, recorded: Picked, held: Picked) -> str:
+    """All claims, as text."""
+    parts = [_limits(), *_continuous(walk)]
+    for curve, residual in zip(walk.curves, walk.residuals, strict=True):
+        parts.append(_near(curve, residual, "Recorded", "recorded", recorded))
+        if held:
+            parts.append(_near(curve, residual, "Held", "held_out", held))
+    parts += [_ranges(walk, c, r) for c, r in zip(walk.curves, walk.residuals, strict=True)]
+    return "\n".join([*parts, *_possible(walk), _fast(walk), _round(walk)])
+
+
+def _limits() -> str:
+    lines = [f"const {n}_motion: deg = [{text(a)} deg, {text(b)} deg]" for n, a, b in LIMITS.values()]
+    return (
+        "/// Ranges of motion of adults: American Academy of Orthopaedic Surgeons, Joint Motion, 1965, with 10 deg of\n"
+        "/// hyperextension of the knee. Only declared: nothing here was fitted.\n" + "\n".join(lines) + "\n"
+    )
+
+
+def _expect(is_true: bool, because: str = "") -> str:
+    return "  expect proved\n" if is_true else f'  expect refuted because "{because}"\n'
+
+
+def _continuous(walk: Walk) -> list[str]:
+    """Steps at the boundaries, the end of the cycle included: none up to the order of the fit."""
+    names = (("joined", "Angles", "{0} == pre({0})"), ("smooth", "Velocities", "der({0}) == pre(der({0}))"))
+    parts = []
+    for name, what, claim in names[: walk.options.order + 1]:
+        lines = "".join(f"  always jumped implies {claim.format(j)}\n" for j in JOINTS)
+        doc = f"/// {what} have no step where phases hand over, nor where the cycle closes: exactly, by construction.\n"
+        parts.append(f"{doc}property {name} on Walk {{\n{lines}  expect proved\n}}\n")
+    return parts
+
+
+def _near(curve: Curve, residual: Residual, table: str, name: str, rows: Picked) -> str:
+    """Samples lie as far from the curve as the residual of the training cycles says, to a thousandth of a degree."""
+    j = curve.joint
+    low, high = Q(floor(residual.low * 1000), 1000), Q(ceil(residual.high * 1000), 1000)
+    off = [(row[j] - curve.value(t if t < curve.knots.period else Q(0)), phase) for phase, _, t, row in rows]
+    far = max(((d, phase) for d, phase in off if not low <= d <= high), key=lambda x: abs(x[0]), default=None)
+    value = f"{j.upper()}[p](({table}[p][i].x - Slot[p].begin) / Slot[p].length)"
+    bounds = f"{text(low)} deg <= {table}[p][i].{j} - {value} <= {text(high)} deg"
+    because = f"{float(far[0]):.3f} deg in {far[1]}" if far else ""
+    what = "Held-out" if table == "Held" else "Recorded"
+    return (
+        f"/// {what} samples of the {told(j)} are as near as those it was fitted to: the proved residual.\n"
+        f"property {name}_{j} {{\n"
+        f"  holds forall p in Phase: forall i in Pick: {bounds}\n"
+        f"{_expect(far is None, because)}}}\n"
+    )
+
+
+def _ranges(walk: Walk, curve: Curve, residual: Residual) -> str:
+    j = curve.joint
+    cycles = walk.held_out or walk.training
+    bounds = ranges(cycles, curve, residual)
+    gone = outside(curve, bounds)
+    lines = "".join(
+        f"  always at({p}) implies {text(a)} deg <= {j} <= {text(b)} deg\n"
+        for p, (a, b) in zip(PHASES, bounds, strict=True)
+    )
+    because = "; ".join(f"{PHASES[k]} {a:.2f} .. {b:.2f} deg" for k, a, b in gone)
+    what = "held-out" if walk.held_out else "recorded"
+    doc = f"/// The {told(j)} stays where the {what} samples of each phase lie, but for the residual.\n"
+    return f"{doc}property range_{j} on Walk {{\n{lines}{_expect(not gone, because)}}}\n"
+
+
+def _possible(walk: Walk) -> list[str]:
+    """A joint moves as joints can."""
+    parts = []
+    for joint, (name, low, high) in LIMITS.items():
+        curves = [c for c in walk.curves if c.joint[1] == joint]
+        gone = {c.joint: outside(c, [(low, high)] * len(PHASES)) for c in curves}
+        lines = "".join(f"  always {c.joint} in {name}_motion\n" for c in curves)
+        because = "; ".join(
+            f"{j} {min(g[1] for g in gs):.1f} .. {max(g[2] for g in gs):.1f} deg" for j, gs in gone.items() if gs
+        )
+        parts.append(f"property {name}s_move_as_joints_can on Walk {{\n{lines}{_expect(not because, because)}}}\n")
+    return parts
+
+
+def _fast(walk: Walk) -> str:
+    """Speeds against the recorded steps, at the mean walking speed."""
+    lines, gone = [], []
+    for c in walk.curves:
+        bound = fastest(walk.held_out or walk.training, c)
+        speed = _steepest(c)
+        lines.append(f"  always abs(der({c.joint})) <= {text(bound)} deg/s * speed\n")
+        if speed > float(bound):
+            gone.append(f"{c.joint} {speed:.0f} deg/s")
+    doc = "/// No joint is more than a quarter faster than the fastest recorded step of 15 ms, at any walking speed.\n"
+    return f"{doc}property velocity on Walk {{\n{''.join(lines)}{_expect(not gone, '; '.join(gone))}}}\n"
+
+
+def _steepest(c: Curve) -> float:
+    import numpy as np
+
+    return float(np.max(np.abs(c.at(np.linspace(0, float(c.knots.period), 4001)[:-1], 1))))
+
+
+def _round(walk: Walk) -> str:
+    return (
+        "/// The walk goes on: it never blocks, and each phase comes.\n"
+        "property no_lock on Walk { never stuck; expect proved }\n"
+        "property visited for p in Phase on Walk {\n"
+        f"  can reach at(p) within {text(walk.knots.period)} s\n"
+        "  expect proved\n"
+        "}\n"
+    )

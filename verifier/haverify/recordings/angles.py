@@ -1,0 +1,157 @@
+"""Columns of joint angles to a recording: the unit decided, the sign of the knee turned, gaps told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from haverify.diagnostics.diagnostic import Diagnostic, Severity
+from haverify.recordings.columns import Columns, numbers
+from haverify.recordings.labels import joints
+from haverify.recordings.recording import JOINTS, Angles, Recording, told
+from haverify.text.record import record
+from haverify.text.span import Span
+
+Q = Fraction
+
+# pi to 40 digits; a converted angle is rounded to a millionth of a degree, far coarser.
+_DEGREES_PER_RADIAN = Q(180) / Q(31415926535897932384626433832795028841972, 10**40)
+_MILLIONTH = Q(1, 1_000_000)
+
+_TURN = Q(7)  # no joint turns by so many radians; as degrees, no walk has so small a range of the knee
+
+
+@record
+class Stated:
+    """The unit a file states for its angles (`deg`, `rad` or empty), the words that state it, and their place."""
+
+    unit: str
+    why: str
+    span: Span | None
+
+
+def recording(
+    columns: Columns, time: int, stated: Stated, *, default: str = ""
+) -> tuple[Recording | None, list[Diagnostic]]:
+    """The recording that columns hold; `default` is the unit of a format where the file states none."""
+    at = joints(columns.labels)
+    missing = [j for j in JOINTS if j not in at]
+    if missing:
+        return None, [_missing(columns, missing)]
+    times, found = _times(columns, time)
+    values: dict[str, list[Q | None]] = {}
+    for joint in JOINTS:
+        values[joint], more = numbers(columns, at[joint])
+        found += more
+    if any(d.code == "HA210" for d in found):
+        return None, found
+    unit, more = _unit(values, stated, default)
+    found += more
+    if unit is None:
+        return None, found
+    angles = {j: _degrees(v, unit) for j, v in values.items()}
+    angles, more = _knees(columns, at, angles)
+    found += more
+    kept, more = _whole(columns, at, times, angles)
+    found += more
+    facts = (f"angles in {'degrees' if unit == 'deg' else 'radians'} ({stated.why or 'as its values show'})",)
+    source = columns.source
+    rounding = Q(0) if unit == "deg" else _MILLIONTH
+    made = Recording(source.path, source.sha256, *kept, rounding=rounding, facts=facts) if kept[0] else None
+    return made, found
+
+
+def _missing(columns: Columns, joints: list[str]) -> Diagnostic:
+    message = f"no column for {', '.join(told(j) for j in joints)}"
+    notes = (f"columns: {', '.join(columns.labels[:30])}",)
+    span = columns.spans[0].to(columns.spans[-1])
+    return Diagnostic("HA224", message, span, notes=notes, help="names such as hip_flexion_r, knee_angle_l are known")
+
+
+def _times(columns: Columns, time: int) -> tuple[list[Q], list[Diagnostic]]:
+    """The instants; an error where one is missing or not later than the one before."""
+    values, found = numbers(columns, time)
+    for i, t in enumerate(values):
+        before = values[i - 1] if i else None
+        if t is None:
+            found.append(Diagnostic("HA210", "no time in this row", columns.span(i, time)))
+        elif before is not None and t <= before:
+            message = f"time does not increase: {columns.rows[i][time]} s after {columns.rows[i - 1][time]} s"
+            found.append(Diagnostic("HA210", message, columns.span(i, time)))
+    return [t for t in values if t is not None], found[:5]
+
+
+def _unit(values: Mapping[str, list[Q | None]], stated: Stated, default: str) -> tuple[str | None, list[Diagnostic]]:
+    """The unit of the angles: the stated one where the size of the values allows it, else what the values show."""
+    knees = [v for j in ("lk", "rk") for v in values[j] if v is not None]
+    largest = max((abs(v) for vs in values.values() for v in vs if v is not None), default=Q(0))
+    span = max(knees, default=Q(0)) - min(knees, default=Q(0))
+    shows = "deg" if largest > _TURN else "rad" if Q(1, 4) < span else ""
+    if stated.unit and shows and shows != stated.unit:
+        return None, [_implausible(stated, largest, span)]
+    if stated.unit:
+        return stated.unit, []
+    if shows == "deg":
+        words = {"deg": "degrees", "rad": "radians"}[shows]
+        message = (
+            f"the file does not state the unit of its angles; with values up to {float(largest):.4g} they are {words}"
+        )
+        return shows, [Diagnostic("HA106", message, stated.span, severity=Severity.INFORMATION)]
+    if default:
+        return default, []
+    message = f"the file does not state the unit of its angles, and values up to {float(largest):.3g} could be both"
+    return None, [Diagnostic("HA106", message, stated.span, help="haverify fit --angles rad (or deg)")]
+
+
+def _implausible(stated: Stated, largest: Q, span: Q) -> Diagnostic:
+    if stated.unit == "rad":
+        message = f"`{stated.why}` states radians, but values go up to {float(largest):.4g}: more than a turn"
+        return Diagnostic("HA108", message, stated.span, severity=Severity.ERROR, help="haverify fit --angles deg")
+    message = f"`{stated.why}` states degrees, but the knees move by {float(span):.3g} only, as in radians"
+    return Diagnostic("HA108", message, stated.span, severity=Severity.ERROR, help="haverify fit --angles rad")
+
+
+def _degrees(values: list[Q | None], unit: str) -> Angles:
+    if unit == "deg":
+        return tuple(values)
+    return tuple(None if v is None else Q(round(v * _DEGREES_PER_RADIAN * 1_000_000), 1_000_000) for v in values)
+
+
+def _knees(
+    columns: Columns, at: Mapping[str, int], angles: Mapping[str, Angles]
+) -> tuple[dict[str, Angles], list[Diagnostic]]:
+    """The angles with knee flexion negative: a knee bends further one way than it can the other."""
+    turned: dict[str, Angles] = dict(angles)
+    spans = []
+    for joint in ("lk", "rk"):
+        there = [v for v in angles[joint] if v is not None]
+        if there and max(there) > -min(there):
+            turned[joint] = tuple(None if v is None else -v for v in angles[joint])
+            spans.append(columns.spans[at[joint]])
+    if not spans:
+        return turned, []
+    message = "flexion of the knee is positive here; it is turned: flexion negative, as in gait2354"
+    return turned, [Diagnostic("HA223", message, spans[0])]
+
+
+def _whole(
+    columns: Columns, at: Mapping[str, int], times: list[Q], angles: Mapping[str, Angles]
+) -> tuple[tuple[tuple[Q, ...], dict[str, Angles]], list[Diagnostic]]:
+    """The rows in which some joint is there; rows in which all six are exactly 0 are missing ones."""
+    empty = [i for i in range(len(times)) if all(not angles[j][i] for j in JOINTS)]
+    gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in JOINTS}
+    kept = [i for i in range(len(times)) if i not in set(empty)]
+    found = []
+    if empty:
+        zeros = "zeros" if angles["lh"][empty[0]] is not None else "gaps"
+        message = f"{len(empty)} rows hold {zeros} in all six joints: they are left out"
+        found.append(Diagnostic("HA222", message, columns.span(empty[0], at["lh"])))
+    elif any(gone.values()):
+        worst = max(gone, key=lambda j: gone[j])
+        first = next(i for i in range(len(times)) if angles[worst][i] is None)
+        message = f"{sum(gone.values())} angles are missing, most of the {told(worst)}; they are left out"
+        found.append(Diagnostic("HA222", message, columns.span(first, at[worst])))
+    if not kept:
+        found.append(Diagnostic("HA224", "no row holds angles", columns.spans[0]))
+    times_kept = tuple(times[i] for i in kept)
+    return (times_kept, {j: tuple(angles[j][i] for i in kept) for j in JOINTS}), found

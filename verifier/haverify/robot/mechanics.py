@@ -1,0 +1,148 @@
+"""The robot in motion through Pinocchio: the stance foot lies flat on the ground, the ground supplies what it takes.
+
+At each instant the base is placed so that the stance sole is at rest at the origin; inverse dynamics then tell the
+wrench from the ground and the torque of every joint. One foot carries all, also where two touch the ground. Floats:
+what is computed here is sampled, and proves nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from haverify.errors import UsageError
+from haverify.robot.body import Description
+from haverify.robot.trajectory import Trajectory
+from haverify.text.record import holder, record
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+GRAVITY = 9.81  # m/s^2, as Pinocchio has it; kept equal to the enclosures' by a test
+
+
+@record
+class Motion:
+    """What happens at `n` instants, in the world whose origin lies under the stance foot's ankle, z up; SI units.
+
+    `wrench` is force and moment about the origin that the ground supplies; `torque` (n, m) as the trajectory's joints;
+    `feet` the corners of both soles (n, 4, 3); `swing_speed` that of the swing foot (n, 6) in its own axes; `distance`
+    between the nearest two bodies and `nearest` their names; `momentum` about the centre of mass; `points` those of the
+    joints (n, m, 3), for drawing; `slip` the greatest speed of the stance foot as inverse dynamics see it.
+    """
+
+    com: Floats
+    com_speed: Floats
+    wrench: Floats
+    torque: Floats
+    feet: dict[str, Floats]
+    swing_speed: Floats
+    distance: Floats
+    nearest: list[tuple[str, str]]
+    momentum: Floats
+    points: Floats
+    slip: Floats
+
+
+@holder
+class Engine:
+    """Pinocchio's model of a robot, with the indices that are needed."""
+
+    pin: Any
+    model: Any
+    data: Any
+    geometry: Any
+    geometry_data: Any
+    feet: dict[str, int]
+
+
+def engine(d: Description) -> Engine:
+    """Pinocchio with the robot loaded.
+
+    Raises
+    ------
+    UsageError      where Pinocchio is not installed
+    """
+    try:
+        import pinocchio as pin
+    except ImportError:
+        raise UsageError(
+            "replay needs Pinocchio, which is not installed: pip install 'haverify[robot]', or pip install pin"
+        ) from None
+    model = pin.buildModelFromUrdf(d.urdf, pin.JointModelFreeFlyer())
+    shapes = pin.buildGeomFromUrdf(model, d.urdf, pin.GeometryType.COLLISION)
+    shapes.addAllCollisionPairs()
+    for pair in list(shapes.collisionPairs):
+        a, b = (shapes.geometryObjects[i].parentJoint for i in (pair.first, pair.second))
+        if _apart(model, a, b) <= 2:
+            shapes.removeCollisionPair(pair)
+    feet = {side: model.frames[model.getFrameId(link)].parentJoint for side, link in d.feet.items()}
+    return Engine(pin, model, model.createData(), shapes, pin.GeometryData(shapes), feet)
+
+
+def _apart(model: Any, a: int, b: int) -> int:
+    """How many joints lie between two bodies."""
+    above: dict[int, int] = {}
+    for start, steps in ((a, 0), (b, 0)):
+        at = start
+        while True:
+            if at in above and start == b:
+                return above[at] + steps
+            if start == a:
+                above[at] = steps
+            if at == 0:
+                break
+            at, steps = model.parents[at], steps + 1
+    return len(model.parents)
+
+
+def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
+    """Follow a trajectory."""
+    import numpy as np
+
+    pin, model, data = e.pin, e.model, e.data
+    at_q = [model.joints[model.getJointId(n)].idx_q for n in t.joints]
+    at_v = [model.joints[model.getJointId(n)].idx_v for n in t.joints]
+    ids = [model.getJointId(n) for n in t.joints]
+    n = len(t.times)
+    q = np.tile(pin.neutral(model), (n, 1))
+    v, a = np.zeros((2, n, model.nv))
+    q[:, at_q], v[:, at_v], a[:, at_v] = t.q, t.v, t.a
+    ground = pin.SE3(np.eye(3), np.array([0.0, 0.0, -float(d.sole.z)]))
+    names = [g.name.rsplit("_", 1)[0] for g in e.geometry.geometryObjects]
+    pairs = [(names[p.first], names[p.second]) for p in e.geometry.collisionPairs]
+    com, com_speed, momentum = np.zeros((3, n, 3))
+    wrench, swing_speed = np.zeros((2, n, 6))
+    slip, distance = np.zeros((2, n))
+    torque, points = np.zeros((n, len(ids))), np.zeros((n, len(ids), 3))
+    turned, moved_to = {s: np.zeros((n, 3, 3)) for s in e.feet}, {s: np.zeros((n, 3)) for s in e.feet}
+    nearest: list[tuple[str, str]] = []
+    for k in range(n):
+        foot = e.feet[t.stance[k]]
+        swing = e.feet["right" if t.stance[k] == "left" else "left"]
+        pin.forwardKinematics(model, data, q[k], v[k], a[k])
+        placed = data.oMi[foot]
+        v[k, :6] = -placed.act(data.v[foot]).vector
+        a[k, :6] = -placed.act(data.a[foot]).vector
+        q[k, :7] = pin.SE3ToXYZQUAT(ground * placed.inverse())
+        tau = pin.rnea(model, data, q[k], v[k], a[k])
+        pin.computeCentroidalMomentumTimeVariation(model, data, q[k], v[k], a[k])
+        wrench[k] = data.oMi[1].act(pin.Force(tau[:6])).vector
+        pin.computeJointJacobians(model, data)
+        across = pin.getJointJacobian(model, data, foot, pin.ReferenceFrame.WORLD)
+        torque[k] = (tau - across.T @ wrench[k])[at_v]
+        com[k], com_speed[k], momentum[k] = data.com[0], data.vcom[0], data.hg.angular
+        swing_speed[k], slip[k] = data.v[swing].vector, np.abs(data.v[foot].vector).max()
+        for side, joint in e.feet.items():
+            turned[side][k], moved_to[side][k] = data.oMi[joint].rotation, data.oMi[joint].translation
+        for j, i in enumerate(ids):
+            points[k, j] = data.oMi[i].translation
+        pin.updateGeometryPlacements(model, data, e.geometry, e.geometry_data)
+        first = pin.computeDistances(e.geometry, e.geometry_data)
+        distance[k] = e.geometry_data.distanceResults[first].min_distance
+        nearest.append(pairs[first])
+    corners = np.array([[float(c) for c in corner] for corner in d.sole.corners])
+    soles = {s: np.einsum("nij,cj->nci", turned[s], corners) + moved_to[s][:, None, :] for s in e.feet}
+    return Motion(com, com_speed, wrench, torque, soles, swing_speed, distance, nearest, momentum, points, slip)

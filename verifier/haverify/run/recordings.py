@@ -1,0 +1,69 @@
+"""Reading recordings from files: the bytes, as text where the format is one."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.recordings.read import SUFFIXES, read
+from haverify.recordings.recording import Forces, Read, Recording
+from haverify.run.load import MAX_BYTES
+from haverify.text.record import record
+from haverify.text.source import Source
+
+
+@record
+class Recorded:
+    """What some files hold, with what is odd about them and the texts that findings point into."""
+
+    recordings: tuple[Recording, ...]
+    forces: tuple[Forces, ...]
+    found: tuple[Diagnostic, ...]
+    sources: dict[str, Source]
+
+
+def recorded(paths: Iterable[str], angles: str = "") -> Recorded:
+    """The recordings and ground forces in some files, in order."""
+    reads, sources = [], dict[str, Source]()
+    for path in dict.fromkeys(Path(p).as_posix() for p in paths):
+        one, source = _read(path, angles)
+        reads.append(one)
+        if source is not None:
+            sources[path] = source
+    return Recorded(
+        tuple(r.recording for r in reads if r.recording is not None),
+        tuple(r.forces for r in reads if r.forces is not None),
+        tuple(d for r in reads for d in r.found),
+        sources,
+    )
+
+
+def _read(path: str, angles: str) -> tuple[Read, Source | None]:
+    file = Path(path)
+    if file.suffix.lower() not in SUFFIXES:
+        message = f"{path}: recordings end in {', '.join(SUFFIXES)}"
+        return Read(None, None, (Diagnostic("HA210", message),)), None
+    try:
+        if file.stat().st_size > MAX_BYTES:
+            return Read(None, None, (Diagnostic("HA006", f"{path}: larger than {MAX_BYTES} bytes"),)), None
+        raw = file.read_bytes()
+    except OSError as e:
+        return Read(None, None, (Diagnostic("HA006", f"cannot read {path}: {e.strerror}"),)), None
+    if file.suffix.lower() == ".c3d":
+        from haverify.recordings.c3d import c3d
+
+        made, found = c3d(path, hashlib.sha256(raw).hexdigest())
+        return Read(made, None, tuple(found)), None
+    source = Source(path, _decoded(raw), raw)
+    return read(source, angles), source
+
+
+def _decoded(raw: bytes) -> str:
+    """The text, as UTF-8 or, where it is none, in Latin letters; all line ends as one character."""
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -1,0 +1,402 @@
+//! Plain Taylor series in time of a flow, in floats: nothing here encloses anything.
+//!
+//! A program is a list of operations in order of evaluation; its first part gives the right sides of the flow, the next
+//! the quantities that are watched, the last what is only looked at. The recursions are those of `series`, on floats and
+//! for more functions (A. Griewank, A. Walther, Evaluating Derivatives, chapter 13). A corner (`abs`, `min`, `max`, a
+//! choice by condition) follows one of its branches through a step; the caller ends the step where that branch ends.
+
+use crate::condition::{Comparison, Condition};
+
+/// One operation; operands are positions of earlier operations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Op {
+    Constant(f64),
+    Variable(usize),
+    Add(usize, usize),
+    Sub(usize, usize),
+    Mul(usize, usize),
+    Div(usize, usize),
+    Neg(usize),
+    Sqrt(usize),
+    Exp(usize),
+    Log(usize),
+    /// A power with a number for exponent.
+    Power(usize, f64),
+    /// The sine; its operand's cosine is the next operation.
+    Sin(usize),
+    Cos(usize),
+    /// The hyperbolic sine; its operand's cosine is the next operation.
+    Sinh(usize),
+    Cosh(usize),
+    /// The hyperbolic tangent; one less its square is the next operation.
+    Tanh(usize),
+    Sech2(usize),
+    /// A function with its derivative in the second register: `y' = a' q`.
+    Atan(usize, usize),
+    Asin(usize, usize),
+    Acos(usize, usize),
+    /// The angle of `(x, y)`, given as `(y, x, x / (x^2 + y^2), y / (x^2 + y^2))`.
+    Turn(usize, usize, usize, usize),
+    Abs(usize),
+    /// The least or greatest of two, with their difference.
+    Min(usize, usize, usize),
+    Max(usize, usize, usize),
+    /// One of two, by a condition of the program.
+    Choose(usize, usize, usize),
+}
+
+#[derive(Debug, Clone, Default)]
+pub struct Program {
+    pub ops: Vec<Op>,
+    /// How many operations the flow and what is watched need.
+    pub moving: usize,
+    /// For each variable the register of its slope; none: it stays what it is.
+    pub slopes: Vec<Option<usize>>,
+    /// Conditions of `Choose`; their atoms are registers.
+    pub conditions: Vec<Condition>,
+    /// Registers that never change along a flow.
+    still: Vec<bool>,
+}
+
+impl Program {
+    /// None where an operand does not come before its use, or a register or variable does not exist.
+    pub fn validated(
+        ops: Vec<Op>,
+        moving: usize,
+        slopes: Vec<Option<usize>>,
+        conditions: Vec<Condition>,
+    ) -> Option<Program> {
+        let mut still = Vec::with_capacity(ops.len());
+        for (at, op) in ops.iter().enumerate() {
+            let is_pair = |next: Op| ops.get(at + 1) == Some(&next);
+            let sound = match *op {
+                Op::Variable(v) => v < slopes.len(),
+                Op::Sin(a) => is_pair(Op::Cos(a)),
+                Op::Sinh(a) => is_pair(Op::Cosh(a)),
+                Op::Tanh(a) => is_pair(Op::Sech2(a)),
+                Op::Cos(_) | Op::Cosh(_) | Op::Sech2(_) => at > 0,
+                Op::Choose(c, _, _) => c < conditions.len() && atoms(&conditions[c]).iter().all(|&a| a < at),
+                _ => true,
+            };
+            if !sound || operands(*op).iter().any(|&a| a >= at) {
+                return None;
+            }
+            still.push(match *op {
+                Op::Constant(_) => true,
+                Op::Variable(v) => slopes[v].is_none(),
+                Op::Choose(c, a, b) => still[a] && still[b] && atoms(&conditions[c]).iter().all(|&a| still[a]),
+                _ => operands(*op).iter().all(|&a| still[a]),
+            });
+        }
+        let known = slopes.iter().flatten().all(|&s| s < moving) && moving <= ops.len();
+        known.then_some(Program { ops, moving, slopes, conditions, still })
+    }
+
+    /// Whether a register keeps its value along every flow.
+    pub fn is_still(&self, register: usize) -> bool {
+        self.still[register]
+    }
+
+    /// The registers at whose zeros an operation of the moving part changes its branch.
+    pub fn corners(&self) -> Vec<usize> {
+        let mut found = Vec::new();
+        for op in &self.ops[..self.moving] {
+            match *op {
+                Op::Abs(a) => found.push(a),
+                Op::Min(_, _, d) | Op::Max(_, _, d) => found.push(d),
+                Op::Choose(c, _, _) => found.extend(atoms(&self.conditions[c])),
+                _ => {}
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found.retain(|&r| !self.still[r]);
+        found
+    }
+}
+
+/// The quantities a condition compares, by position.
+pub fn atoms(condition: &Condition) -> Vec<usize> {
+    match condition {
+        Condition::Constant(_) => Vec::new(),
+        Condition::Atom(at, _) => vec![*at],
+        Condition::All(members) | Condition::Any(members) => members.iter().flat_map(atoms).collect(),
+    }
+}
+
+/// The truth of a condition, by the signs of its quantities.
+pub fn truth(condition: &Condition, sign: &impl Fn(usize) -> i8) -> bool {
+    match condition {
+        Condition::Constant(value) => *value,
+        Condition::All(members) => members.iter().all(|m| truth(m, sign)),
+        Condition::Any(members) => members.iter().any(|m| truth(m, sign)),
+        Condition::Atom(at, comparison) => {
+            let s = sign(*at);
+            match comparison {
+                Comparison::Less => s < 0,
+                Comparison::AtMost => s <= 0,
+                Comparison::Greater => s > 0,
+                Comparison::AtLeast => s >= 0,
+                Comparison::Equal => s == 0,
+                Comparison::Differ => s != 0,
+            }
+        }
+    }
+}
+
+fn operands(op: Op) -> Vec<usize> {
+    match op {
+        Op::Constant(_) | Op::Variable(_) => vec![],
+        Op::Add(a, b) | Op::Sub(a, b) | Op::Mul(a, b) | Op::Div(a, b) => vec![a, b],
+        Op::Atan(a, b) | Op::Asin(a, b) | Op::Acos(a, b) | Op::Choose(_, a, b) => vec![a, b],
+        Op::Neg(a) | Op::Sqrt(a) | Op::Exp(a) | Op::Log(a) | Op::Power(a, _) | Op::Abs(a) => vec![a],
+        Op::Sin(a) | Op::Cos(a) | Op::Sinh(a) | Op::Cosh(a) | Op::Tanh(a) | Op::Sech2(a) => vec![a],
+        Op::Turn(a, b, c, d) => vec![a, b, c, d],
+        Op::Min(a, b, c) | Op::Max(a, b, c) => vec![a, b, c],
+    }
+}
+
+pub fn sign(x: f64) -> i8 {
+    i8::from(x > 0.0) - i8::from(x < 0.0)
+}
+
+/// The series of every register and variable along one step.
+#[derive(Debug, Default)]
+pub struct Jets {
+    pub order: usize,
+    pub registers: Vec<f64>,
+    pub states: Vec<f64>,
+    /// Registers that count as zero at the start of the step, whatever rounding left there.
+    pub zeroed: Vec<usize>,
+}
+
+impl Jets {
+    pub fn register(&self, r: usize) -> &[f64] {
+        &self.registers[r * (self.order + 1)..(r + 1) * (self.order + 1)]
+    }
+
+    pub fn state(&self, v: usize) -> &[f64] {
+        &self.states[v * (self.order + 1)..(v + 1) * (self.order + 1)]
+    }
+
+    /// The series from a state, to an order.
+    pub fn expand(&mut self, program: &Program, start: &[f64], order: usize) {
+        self.order = order;
+        let width = order + 1;
+        self.registers.clear();
+        self.registers.resize(program.moving * width, 0.0);
+        self.states.clear();
+        self.states.resize(start.len() * width, 0.0);
+        for (v, &x) in start.iter().enumerate() {
+            self.states[v * width] = x;
+        }
+        for k in 0..=order {
+            for at in 0..program.moving {
+                if k > 0 && program.still[at] {
+                    continue;
+                }
+                let next = self.coefficient(program, at, k);
+                self.registers[at * width + k] = next;
+            }
+            if k < order {
+                for (v, slope) in program.slopes.iter().enumerate() {
+                    if let Some(r) = slope {
+                        self.states[v * width + k + 1] = self.registers[r * width + k] / (k + 1) as f64;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The values of all registers at a state, those that are only looked at included.
+    pub fn values(program: &Program, state: &[f64]) -> Vec<f64> {
+        let mut jets = Jets { order: 0, registers: vec![0.0; program.ops.len()], ..Jets::default() };
+        jets.states = state.to_vec();
+        for at in 0..program.ops.len() {
+            jets.registers[at] = jets.coefficient(program, at, 0);
+        }
+        jets.registers
+    }
+
+    /// Whether the slopes have series of numbers; None where they have no value at all.
+    pub fn defined(&self, program: &Program) -> Option<bool> {
+        let mut slopes = program.slopes.iter().flatten().map(|&r| self.register(r));
+        if slopes.clone().any(|s| s[0].is_nan()) {
+            return None;
+        }
+        Some(slopes.all(|s| s.iter().all(|c| c.is_finite())))
+    }
+
+    fn coefficient(&self, program: &Program, at: usize, k: usize) -> f64 {
+        let own = self.register(at);
+        match program.ops[at] {
+            Op::Constant(c) => {
+                if k == 0 {
+                    c
+                } else {
+                    0.0
+                }
+            }
+            Op::Variable(v) => self.state(v)[k],
+            Op::Add(a, b) => self.register(a)[k] + self.register(b)[k],
+            Op::Sub(a, b) => self.register(a)[k] - self.register(b)[k],
+            Op::Neg(a) => -self.register(a)[k],
+            Op::Mul(a, b) if program.still[a] => self.register(a)[0] * self.register(b)[k],
+            Op::Mul(a, b) if program.still[b] => self.register(a)[k] * self.register(b)[0],
+            Op::Mul(a, b) => convolved(self.register(a), self.register(b), 0, k, k),
+            Op::Div(a, b) if program.still[b] => self.register(a)[k] / self.register(b)[0],
+            Op::Div(a, b) => {
+                let (a, b) = (self.register(a), self.register(b));
+                let carried = if k == 0 { 0.0 } else { convolved(own, b, 0, k - 1, k) };
+                (a[k] - carried) / b[0]
+            }
+            Op::Sqrt(a) => {
+                let a = self.register(a);
+                if k == 0 {
+                    return a[0].sqrt();
+                }
+                let cross = if k < 2 { 0.0 } else { convolved(own, own, 1, k - 1, k) };
+                if a[0] == 0.0 && a[k] == 0.0 && cross == 0.0 {
+                    0.0
+                } else {
+                    (a[k] - cross) / (2.0 * own[0])
+                }
+            }
+            Op::Exp(a) => self.primitive(a, own, k, f64::exp),
+            Op::Log(a) => {
+                let a = self.register(a);
+                if k == 0 {
+                    a[0].ln()
+                } else {
+                    (a[k] - weighted(own, a, 1, k - 1, k) / k as f64) / a[0]
+                }
+            }
+            Op::Power(a, c) => self.power(a, own, c, k),
+            Op::Sin(a) => self.primitive(a, self.register(at + 1), k, f64::sin),
+            Op::Cos(a) => {
+                let found = self.primitive(a, self.register(at - 1), k, f64::cos);
+                if k == 0 {
+                    found
+                } else {
+                    -found
+                }
+            }
+            Op::Sinh(a) => self.primitive(a, self.register(at + 1), k, f64::sinh),
+            Op::Cosh(a) => self.primitive(a, self.register(at - 1), k, f64::cosh),
+            Op::Tanh(a) => self.primitive(a, self.register(at + 1), k, f64::tanh),
+            Op::Sech2(_) => {
+                let square = convolved(self.register(at - 1), self.register(at - 1), 0, k, k);
+                if k == 0 {
+                    1.0 - square
+                } else {
+                    -square
+                }
+            }
+            Op::Atan(a, q) => self.primitive(a, self.register(q), k, f64::atan),
+            Op::Asin(a, q) => self.primitive(a, self.register(q), k, f64::asin),
+            Op::Acos(a, q) => self.primitive(a, self.register(q), k, f64::acos),
+            Op::Turn(y, x, u, v) => {
+                let (y, x) = (self.register(y), self.register(x));
+                if k == 0 {
+                    return y[0].atan2(x[0]);
+                }
+                (weighted(y, self.register(u), 1, k, k) - weighted(x, self.register(v), 1, k, k)) / k as f64
+            }
+            Op::Abs(a) => {
+                if self.leading(a, k) < 0 {
+                    -self.register(a)[k]
+                } else {
+                    self.register(a)[k]
+                }
+            }
+            Op::Min(a, b, d) => self.register(if self.leading(d, k) > 0 { b } else { a })[k],
+            Op::Max(a, b, d) => self.register(if self.leading(d, k) < 0 { b } else { a })[k],
+            Op::Choose(c, a, b) => {
+                let holds = truth(&program.conditions[c], &|r| self.leading(r, k));
+                self.register(if holds { a } else { b })[k]
+            }
+        }
+    }
+
+    /// The coefficient of `f(a)` whose derivative is `q a'`.
+    fn primitive(&self, a: usize, q: &[f64], k: usize, f: fn(f64) -> f64) -> f64 {
+        let a = self.register(a);
+        if k == 0 {
+            f(a[0])
+        } else {
+            weighted(a, q, 1, k, k) / k as f64
+        }
+    }
+
+    fn power(&self, a: usize, own: &[f64], c: f64, k: usize) -> f64 {
+        let a = self.register(a);
+        if k == 0 {
+            return a[0].powf(c);
+        }
+        let sum: f64 = (1..=k).map(|i| (c * i as f64 - (k - i) as f64) * a[i] * own[k - i]).sum();
+        if sum == 0.0 {
+            0.0
+        } else {
+            sum / (k as f64 * a[0])
+        }
+    }
+
+    /// The sign of a register right after the start of the step, as far as coefficients up to `k` tell.
+    pub fn leading(&self, r: usize, k: usize) -> i8 {
+        let from = usize::from(self.zeroed.contains(&r));
+        self.register(r).get(from..=k).unwrap_or(&[]).iter().map(|&c| sign(c)).find(|&s| s != 0).unwrap_or(0)
+    }
+}
+
+/// The sum of `a_i b_(k-i)` over a range of `i`.
+fn convolved(a: &[f64], b: &[f64], from: usize, to: usize, k: usize) -> f64 {
+    a[from..=to].iter().zip(b[k - to..=k - from].iter().rev()).map(|(x, y)| x * y).sum()
+}
+
+/// The sum of `i a_i b_(k-i)` over a range of `i`.
+fn weighted(a: &[f64], b: &[f64], from: usize, to: usize, k: usize) -> f64 {
+    if from > to {
+        return 0.0;
+    }
+    let terms = a[from..=to].iter().zip(b[k - to..=k - from].iter().rev());
+    terms.enumerate().map(|(i, (x, y))| (from + i) as f64 * x * y).sum()
+}
+
+/// How far rounding may have moved each register at a state whose entries are off by `errors`, to first order.
+pub fn rounding(program: &Program, values: &[f64], errors: &[f64]) -> Vec<f64> {
+    let mut found: Vec<f64> = Vec::with_capacity(values.len());
+    for (at, op) in program.ops.iter().enumerate().take(values.len()) {
+        let own = f64::EPSILON * values[at].abs();
+        let e = |a: usize| found[a];
+        let x = |a: usize| values[a].abs();
+        found.push(match *op {
+            Op::Constant(_) => own,
+            Op::Variable(v) => errors[v],
+            Op::Add(a, b) | Op::Sub(a, b) => e(a) + e(b) + own,
+            Op::Mul(a, b) => x(a) * e(b) + x(b) * e(a) + own,
+            Op::Div(a, b) => (e(a) + x(at) * e(b)) / x(b) + own,
+            Op::Neg(a) | Op::Abs(a) => e(a),
+            Op::Sqrt(a) => {
+                if x(at) > 0.0 {
+                    e(a) / (2.0 * x(at)) + own
+                } else {
+                    e(a).sqrt()
+                }
+            }
+            Op::Exp(a) => x(at) * e(a) + own,
+            Op::Log(a) => e(a) / x(a) + own,
+            Op::Power(a, c) => (c * values[at] / values[a]).abs() * e(a) + own,
+            Op::Sin(a) | Op::Cos(a) | Op::Tanh(a) | Op::Sech2(a) => e(a) + f64::EPSILON,
+            Op::Sinh(a) | Op::Cosh(a) => values[a].cosh() * e(a) + own,
+            Op::Atan(a, q) | Op::Asin(a, q) | Op::Acos(a, q) => x(q) * e(a) + own,
+            Op::Turn(y, x_, u, v) => x(u) * e(y) + x(v) * e(x_) + own,
+            Op::Min(a, b, _) | Op::Max(a, b, _) | Op::Choose(_, a, b) => e(a).max(e(b)),
+        });
+    }
+    found
+}
+
+/// The value of a series after a time.
+pub fn at(series: &[f64], t: f64) -> f64 {
+    series.iter().rev().fold(0.0, |sum, c| sum * t + c)
+}
