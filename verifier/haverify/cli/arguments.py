@@ -70,6 +70,11 @@ DATA: .mot .sto .csv .trc .c3d .json (landmarks); docs/fitting.md says what is e
 exit codes: 0 the spec is written; 2 a recording cannot be used, and nothing is written"""
 
 
+_COMPARE = """\
+How far walks are from the first one: root mean square, peak and correlation of each joint, and the root mean square in
+each phase. A walk is a recording, or a spec whose automaton has the outputs lh, rh, lk, rk, la, ra over a cycle."""
+
+
 def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """The parser of the command line; a command's name is `command`.
 
@@ -99,6 +104,7 @@ def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
         _simulate,
         _replay,
         _fit,
+        _compare,
         _init,
         _doctor,
     )
@@ -264,7 +270,17 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
+    p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
     p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
+
+
+def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "compare", _COMPARE, help="recordings and automata beside each other")
+    p.add_argument("files", nargs="+", metavar="WALK", help="a recording, a spec, or ground forces of a recording")
+    p.add_argument("-a", "--automaton", metavar="NAME", help="of the specs (default: the first with six joints)")
+    p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle of recordings")
+    p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the files say")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw all curves, percent by percent")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:
