@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -19,20 +20,22 @@ from haverify.run.recordings import recorded
 
 def run(called: argparse.Namespace) -> int:
     """Write the spec and its tables; exit code 2, and nothing written, where a recording cannot be used."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for one another
     path = Path(called.output)
     stem = path.stem
     if path.suffix != ".ha" or not stem.replace("-", "_").isidentifier():
         raise UsageError(f"{path}: the spec's name is letters, digits and _, and ends in .ha")
     options = _options(called)
     read = recorded(called.files, called.angles or "")
-    found = list(read.found)
+    tried = recorded(called.held_out or [], called.angles or "")
+    found = [*read.found, *tried.found]
     made: Walk | None = None
     if not any(is_error(d) for d in found):
         if not read.recordings:
             raise UsageError("no recording among the files: only ground forces")
-        made, more = walk(read.recordings, read.forces, options)
+        made, more = walk(read.recordings, read.forces, options, tried.recordings)
         found += more
-    sys.stderr.write(render_all(found, read.sources, wants_colour()))
+    sys.stderr.write(render_all(found, read.sources | tried.sources, wants_colour()))
     if made is None:
         return UNREADABLE
     for name, text in emit(made, stem).items():
