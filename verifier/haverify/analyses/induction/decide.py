@@ -40,6 +40,7 @@ Json = Any
 METHOD = "induction"
 FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
+MODES_SECONDS = 15.0  # where there are several modes or edges
 
 
 @holder
@@ -159,14 +160,13 @@ def _quickly(induction: Induction) -> Shown:
 
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
-    is_sought = not induction.claim.inductive and applies(induction)
-    if is_sought and not induction.automaton.edges:
-        return _invented(induction, seconds) or before
+    if not induction.claim.inductive and applies(induction):
+        share = MODES_SECONDS / SECONDS if induction.automaton.edges else 1.0
+        found = _invented(induction, seconds * share)
+        if found is not None or not induction.automaton.edges:
+            return found or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
-    proved = next((s for s in shown if s.is_proved()), None)
-    if proved is None and is_sought:
-        proved = _invented(induction, seconds)
-    return proved or shown[-1]
+    return next((s for s in shown if s.is_proved()), shown[-1])
 
 
 def candidates(induction: Induction) -> Iterator[Invariant]:

@@ -143,7 +143,7 @@ def _squeezed(bounds: Sequence[Polynomial]) -> list[Polynomial]:
     left = list(dict.fromkeys(bounds))[-MOST_PREMISES:]
     while left:
         p = left.pop(0)
-        other = next((q for q in left if (p + q).constant is not None), None)
+        other = next((q for q in left if ((p + q).constant or 0) > 0), None)
         if other is not None and p.total_degree() == 1:
             left.remove(other)
             found.append(p * other)

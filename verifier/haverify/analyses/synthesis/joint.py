@@ -34,20 +34,23 @@ class JointShape:
 
 
 SHAPES = tuple(
-    JointShape(Shape(d, d + 2, Fraction(rate)), Fraction(share))
+    JointShape(Shape(d, d + 2, rate), Fraction(share))
     for d in (2, 4)
     for share in (1, 0)
-    for rate in (0, -1, 1)
+    for rate in (Fraction(0), Fraction(-1), Fraction(1), Fraction(-1, 10))
 )
+Frame = dict[str, tuple[Fraction, Fraction]]
 Asked = tuple[Polynomial, Sequence[Literal], int, dict[tuple[str, Polynomial], Polynomial]]
 
 
 def joint_barrier(
-    hybrid: Hybrid, kept: dict[str, list[Literal]], shape: JointShape, seconds: float
+    hybrid: Hybrid, kept: dict[str, list[Literal]], frame: Frame, shape: JointShape, seconds: float
 ) -> dict[str, Polynomial] | None:
-    """A polynomial for each mode."""
+    """A polynomial for each mode; `frame`: a middle and a size for each name, in which the program is stated."""
+    there = {v: variable(v).scaled(size) + constant(middle) for v, (middle, size) in frame.items()}
+    back = {v: (variable(v) - constant(middle)).scaled(1 / size) for v, (middle, size) in frame.items()}
     names = tuple(sorted({v for s in hybrid.systems.values() for v in s.field if v != "time"}))
-    basis = monomials(names, shape.shape.degree)
+    basis = [m.substitute(back) for m in monomials(names, shape.shape.degree)]
     coefficients: dict[tuple[str, Polynomial], Polynomial] = {
         (m, b): constant(0) for m in hybrid.systems for b in basis
     }
@@ -57,9 +60,10 @@ def joint_barrier(
         tag = variable(f"?{k}")
         target += wanted * tag
         for key, poly in part.items():
-            coefficients[key] += poly * tag
+            coefficients[key] += poly.substitute(there) * tag
         asked = tuple(sorted({v for q in premises for v in q.polynomial.variables} | set(names)))
-        cones += cones_of(k, tag, premises, asked, shape.shape, is_flow=kind >= 2)
+        put = [Literal(q.op, q.polynomial.substitute(there)) for q in premises]
+        cones += cones_of(k, tag, put, asked, shape.shape, is_flow=kind >= 2)
     free = [Free(("p", *key), poly) for key, poly in coefficients.items()]
     only = [c for c in cones if isinstance(c, Cone)]
     if sum(len(c.basis) * (len(c.basis) + 1) // 2 for c in only) > MOST_ENTRIES:

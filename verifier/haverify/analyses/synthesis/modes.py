@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from time import process_time
 
-from haverify.analyses.synthesis.candidates import fits, says_nothing
+from haverify.analyses.synthesis.candidates import fits, leaves, says_nothing
 from haverify.analyses.synthesis.guesses import guesses
 from haverify.analyses.synthesis.joint import SHAPES, joint_barrier
 from haverify.analyses.synthesis.keep import boundary, keep
-from haverify.analyses.synthesis.reached import reached
+from haverify.analyses.synthesis.reached import frame_of, reached
 from haverify.analyses.synthesis.samples import Samples
 from haverify.analyses.synthesis.search import MEDIUM
 from haverify.analyses.synthesis.system import Cut, Hybrid, Jump
+from haverify.analyses.synthesis.used import used
 from haverify.maths.polynomial import Monomial, Polynomial
 from haverify.obligations.formula import Literal, literal, negation, variables
 from haverify.obligations.premises import Premises, primitive
@@ -27,7 +28,9 @@ from haverify.text.record import holder, replace
 QUICK: tuple[Level, ...] = (NUMBERS, MONOMIALS)
 THOROUGH: tuple[Level, ...] = (NUMBERS, MONOMIALS, AFFINE, SQUARES, PAIRS, PRODUCTS)
 EACH = 2.0  # seconds for one question
+PRUNING = 4.0  # seconds for leaving out what is not needed
 Kept = dict[str, list[Literal]]
+Read = set[tuple[str, Literal]]
 
 
 @holder
@@ -57,12 +60,14 @@ def invent_modes(hybrid: Hybrid, seconds: float) -> dict[str, list[Cut]] | None:
     """Cuts for each mode that are kept together and imply the goal everywhere; None if not found."""
     hybrid = _without_time(hybrid)
     search = Modes(hybrid, reached(hybrid), process_time() + seconds, {}, QUICK)
+    if any(leaves(s.goal, search.samples[m]) for m, s in hybrid.systems.items()):
+        return None
     candidates = {m: guesses(s, search.samples[m], hybrid, m) for m, s in hybrid.systems.items()}
     for levels in (QUICK, THOROUGH):
         search.levels = levels
         search.kept = {m: _at_starts(search, m, found) for m, found in candidates.items()}
         _settle(search)
-        if _implies(search):
+        if _implies(search) is not None:
             return _cuts(_smaller(search))
         if search.is_over():
             return None
@@ -86,15 +91,15 @@ def _without_time(hybrid: Hybrid) -> Hybrid:
 
 def _with_barrier(search: Modes) -> dict[str, list[Cut]] | None:
     """Tries barriers beside what is kept."""
-    before = search.kept
+    before, frame = search.kept, frame_of(search.samples)
     for shape in SHAPES:
-        found = None if search.is_over() else joint_barrier(search.hybrid, before, shape, 10.0)
+        found = None if search.is_over() else joint_barrier(search.hybrid, before, frame, shape, 10.0)
         if found is None:
             continue
         search.kept = {m: [*before[m], *_below(found[m])] for m in before}
         if all(_below(p) == _at_starts(search, m, _below(p)) for m, p in found.items()):
             _settle(search)
-            if _implies(search):
+            if _implies(search) is not None:
                 return _cuts(_smaller(search))
     return None
 
@@ -127,20 +132,22 @@ def _settle(search: Modes) -> None:
     while not is_settled and not search.is_over():
         before = {m: list(found) for m, found in search.kept.items()}
         for jump in search.hybrid.jumps:
-            search.kept[jump.target] = [q for q in search.kept[jump.target] if _lands(search, jump, q)]
+            search.kept[jump.target] = [q for q in search.kept[jump.target] if _lands(search, jump, q) is not None]
         for mode in search.kept:
             search.kept[mode] = [q for cut in _flow(search, mode) for q in cut.literals]
         is_settled = all(set(before[m]) == set(search.kept[m]) for m in before)
 
 
-def _lands(search: Modes, jump: Jump, q: Literal) -> bool:
-    """Whether a literal about the state after a jump was shown to hold; by those like it, by all that are kept."""
+def _lands(search: Modes, jump: Jump, q: Literal) -> set[Literal] | None:
+    """What is read to show a literal about the state after a jump: those like it, or all; None if it is not shown."""
     after = literal(q.op, jump.known.functions.substitute(q.polynomial, jump.landing))
     kept = search.kept[jump.source]
-    for known in dict.fromkeys((tuple(o for o in kept if _shape(o) == _shape(q)), tuple(kept))):
-        if refute(jump.known.with_(*known, negation(after)), search.effort()) is not None:
-            return True
-    return False
+    for given in dict.fromkeys((tuple(o for o in kept if _shape(o) == _shape(q)), tuple(kept))):
+        known = jump.known.with_(*given, negation(after))
+        proof = refute(known, search.effort())
+        if proof is not None:
+            return used(proof, known)
+    return None
 
 
 def _shape(q: Literal) -> frozenset[Monomial]:
@@ -178,27 +185,70 @@ def _together(search: Modes, known: Premises, rest: list[Literal], field: dict[s
     return []
 
 
-def _implies(search: Modes) -> bool:
-    """Whether what is left implies the goal in every mode."""
+def _implies(search: Modes) -> Read | None:
+    """What is read to show that what is left implies the goal in every mode; None where it does not."""
+    found = Read()
     for m, system in search.hybrid.systems.items():
-        if refute(search.premises(m).with_(negation(system.goal)), search.effort(THOROUGH)) is None:
-            return False
-    return True
+        known = search.premises(m).with_(negation(system.goal))
+        proof = refute(known, search.effort(THOROUGH))
+        if proof is None:
+            return None
+        found |= {(m, q) for q in used(proof, known) if q in search.kept[m]}
+    return found
 
 
 def _smaller(search: Modes) -> Modes:
-    """Without the candidates, last ones first, that are not needed: what is left is kept and implies the goal."""
-    for mode in search.kept:
-        for q in reversed(list(search.kept[mode])):
-            before = {m: list(found) for m, found in search.kept.items()}
-            search.kept[mode] = [o for o in search.kept[mode] if o != q]
-            wanted = {m: set(found) for m, found in search.kept.items()}
-            if not search.is_over() and _implies(search):
-                _settle(search)
-                if not search.is_over() and {m: set(f) for m, f in search.kept.items()} == wanted:
-                    continue
-            search.kept = before
+    """What the goal rests on, if that is kept by itself; else all."""
+    before, needed, todo = search.kept, Read(), _implies(search) or Read()
+    flows = {m: _flow(search, m) for m in before}
+    while todo - needed and not search.is_over():
+        mode, q = min(todo - needed, key=str)
+        needed.add((mode, q))
+        todo |= {(mode, o) for o in _flow_reads(search, mode, flows[mode], q)}
+        for jump in search.hybrid.jumps:
+            if jump.target == mode:
+                todo |= {(jump.source, o) for o in _lands(search, jump, q) or () if o in before[jump.source]}
+    search.kept = {m: [q for q in found if (m, q) in needed] for m, found in before.items()}
+    if not all(_stands(search, m, THOROUGH) for m in before):
+        search.kept = before
+    until, search.until = search.until, min(search.until, process_time() + PRUNING)
+    for mode in before:
+        _thin(search, mode)
+    search.until = until
     return search
+
+
+def _thin(search: Modes, mode: str) -> None:
+    """Leaves out literals of a mode, many at once and then fewer, as long as the rest stands."""
+    size = len(search.kept[mode])
+    while size:
+        for first in reversed(range(0, len(search.kept[mode]), size)):
+            before = search.kept[mode]
+            search.kept[mode] = before[:first] + before[first + size :]
+            if search.is_over() or not _stands(search, mode, QUICK):
+                search.kept[mode] = before
+        size //= 2
+
+
+def _stands(search: Modes, mode: str, levels: tuple[Level, ...]) -> bool:
+    """Whether what is left in a mode, and where jumps lead from it, is kept, and implies the goal there."""
+    system, known = search.hybrid.systems[mode], search.premises(mode)
+    if refute(known.with_(negation(system.goal)), search.effort(levels)) is None:
+        return False
+    if sum(len(cut.literals) for cut in _flow(search, mode)) < len(search.kept[mode]):
+        return False
+    linked = [j for j in search.hybrid.jumps if mode in (j.source, j.target)]
+    return all(_lands(search, j, q) is not None for j in linked for q in search.kept[j.target])
+
+
+def _flow_reads(search: Modes, mode: str, flow: Sequence[Cut], q: Literal) -> set[Literal]:
+    """The literals of a mode that its flow needs to keep one of them."""
+    known = search.hybrid.systems[mode].common
+    for cut in flow:
+        if q in cut.literals:
+            return (set(cut.literals) | used(cut.rule, known)) & set(search.kept[mode])
+        known = known.with_(*cut.literals)
+    return set()
 
 
 def _cuts(search: Modes) -> dict[str, list[Cut]]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
+from math import ceil, log2
 from typing import Any
 
+from haverify.analyses.synthesis.candidates import TALL
 from haverify.analyses.synthesis.samples import Samples, branches, compiled, inside, moved, names_of, runs
 from haverify.analyses.synthesis.system import Hybrid, Jump
 from haverify.obligations.formula import Literal, variables
@@ -77,3 +80,18 @@ def _landed(jump: Jump, points: Any, names: Sequence[str], random: Any) -> Any:
     for v, p in jump.landing.items():
         after[:, list(names).index(v)] = compiled(p, names).value(before)
     return after
+
+
+def frame_of(samples: dict[str, Samples]) -> dict[str, tuple[Fraction, Fraction]]:
+    """For each name a middle and a size of what its values are in all modes."""
+    import numpy
+
+    names = next(iter(samples.values())).names
+    states = numpy.concatenate([s.states for s in samples.values()])
+    states = states[numpy.abs(states).max(axis=1, initial=0) < TALL]
+    found = {}
+    for k, v in enumerate(names):
+        low, high = (float(states[:, k].min()), float(states[:, k].max())) if len(states) else (0.0, 0.0)
+        size = 2.0 ** ceil(log2(max((high - low) / 2, 2.0**-20)))
+        found[v] = (Fraction(round((low + high) / 2 / size * 4), 4) * Fraction(size), Fraction(size))
+    return found
