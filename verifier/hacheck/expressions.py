@@ -49,12 +49,10 @@ def nodes(value: Json) -> Iterator[list[Json]]:
     stack = [value]
     while stack:
         item = stack.pop()
-        if isinstance(item, list):
-            if item and isinstance(item[0], str):
-                yield item
-            stack.extend(reversed(item))
-        elif isinstance(item, dict):
-            stack.extend(item.values())
+        if type(item) is list and item and type(item[0]) is str:
+            yield item
+        inside = item[::-1] if type(item) is list else item.values() if type(item) is dict else ()
+        stack += [x for x in inside if type(x) is list or type(x) is dict]
 
 
 def well_formed(value: Json, events: bool) -> None:
