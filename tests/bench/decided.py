@@ -9,7 +9,7 @@ from typing import Any
 
 from tests.bench.flowpipes import Call, ends, impacts, recorded
 
-from haverify.analyses import taylor_reach
+from haverify.analyses.hybrid import decide
 from haverify.analyses.portfolio import decide_all
 from haverify.evidence.verdict import Proved, Refuted
 from haverify.run.examine import read
@@ -22,7 +22,7 @@ def user() -> float:
 
 def main() -> None:
     """Analyses run claim by claim; `start` is all user time before the first: Python, imports, parsing."""
-    assert taylor_reach.METHOD, "imported with the start"
+    assert decide.METHOD, "imported with the start"
     spec, _, _ = read(sys.argv[1])
     assert spec is not None
     start = user()

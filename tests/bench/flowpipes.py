@@ -1,4 +1,4 @@
-"""What an analysis asks of the kernel: every flowpipe and every tree of stretches, with the box it starts from."""
+"""What an analysis asks of the kernel: every tree of stretches, with the box it starts from."""
 
 from __future__ import annotations
 
@@ -41,17 +41,14 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Call:
-    """A flowpipe: its box of starts, its steps, the box at the horizon (empty if it did not come there).
-
-    With jumps: its tree of stretches, and no box at the horizon.
-    """
+    """A tree of stretches: its box of starts, all its steps, the box at the horizon (empty if it jumps before)."""
 
     box: Box
     horizon: Pair
     segments: list[Segment]
     last: Box
-    mode: int = 0
-    tree: tuple[Stretch, ...] = ()
+    mode: int
+    tree: tuple[Stretch, ...]
 
     @property
     def is_point(self) -> bool:
@@ -67,31 +64,23 @@ class Enough(Exception):
 def recorded(most: int | None = None) -> Iterator[list[Call]]:
     """All that is computed in this context, in order; `Enough` is raised after `most` of wide boxes."""
     calls: list[Call] = []
-    original, tree = _kernel.flowpipe, _kernel.reach
-
-    def add(call: Call) -> None:
-        calls.append(call)
-        if most is not None and sum(not c.is_point for c in calls) >= most:
-            raise Enough
-
-    def flowpipe(flow: Any, box: Box, horizon: Pair, *rest: Any) -> Any:
-        found = original(flow, box, horizon, *rest)
-        segments = [Segment(row[0], row[1], row[2]) for row in found[0]]
-        add(Call(list(box), horizon, segments, found[2]))
-        return found
+    original = _kernel.reach
 
     def reach(modes: Any, start: Any, horizon: float, *rest: Any) -> Any:
-        found = tree(modes, start, horizon, *rest)
+        found = original(modes, start, horizon, *rest)
         stretches = tuple(_stretch(*row) for row in found)
         steps = [g for s in stretches for g in s.segments]
-        add(Call(list(start[1]), (horizon, horizon), steps, [], start[0], stretches))
+        last = found[0][7] if len(found) == 1 else []
+        calls.append(Call(list(start[1]), (horizon, horizon), steps, last, start[0], stretches))
+        if most is not None and sum(not c.is_point for c in calls) >= most:
+            raise Enough
         return found
 
-    with patch.object(_kernel, "flowpipe", flowpipe), patch.object(_kernel, "reach", reach):
+    with patch.object(_kernel, "reach", reach):
         yield calls
 
 
-def _stretch(parent: int | None, mode: int, jumps: int, _: bool, jump: Any, steps: Any, end: str) -> Stretch:
+def _stretch(parent: int | None, mode: int, jumps: int, _: bool, jump: Any, steps: Any, end: str, *__: Any) -> Stretch:
     segments = [Segment((row[0][0], row[0][0]), row[0][1] - row[0][0], row[1]) for row in steps]
     made = None if jump is None else (jump[1], jump[2], jump[3])
     return Stretch(mode, jumps, parent, None if jump is None else jump[0], made, segments, end)

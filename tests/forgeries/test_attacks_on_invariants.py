@@ -16,8 +16,8 @@ from hacheck.core import Core
 from hacheck.invariants import Induction
 from hacheck.obligations import Question, Setting, canonical_hash, established
 from hacheck.rational import Meter, Refused, Unreadable
+from haverify.analyses.hybrid.decide import decide_flow
 from haverify.analyses.portfolio import decide_all
-from haverify.analyses.taylor_reach import decide_flow
 from haverify.evidence.verdict import Unknown
 from haverify.model.core import canonical, to_core
 

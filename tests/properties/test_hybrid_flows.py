@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from tests.properties.hybrid import Instant, Jump, Machine, Simulator, Values, value
 
-from haverify.analyses.hybrid.decide import decide_hybrid
+from haverify.analyses.hybrid.decide import decide_flow
 from haverify.analyses.hybrid.model import hybrid_model
 from haverify.analyses.hybrid.question import Question, follow, question_of
 from haverify.analyses.portfolio import contexts_of
@@ -209,7 +209,7 @@ def decided(machine: Machine, claim: str) -> tuple[Question, Evidence]:
     context, asked = contexts_of(spec).get("A"), spec.claims[0]
     assert context is not None
     model = hybrid_model(spec, context.automaton, [g.condition for g in asked.goals])
-    evidence = decide_hybrid(spec, context.automaton, asked, context.core)
+    evidence = decide_flow(spec, context.automaton, asked, context.core)
     return question_of(model, asked, asked.goals[0]), evidence
 
 

@@ -31,16 +31,6 @@ def enclosures(name: str, most: int, claims: int) -> list[Enclosure]:
 
 
 def of_call(call: Call) -> Enclosure:
-    """The enclosure that a flowpipe is, or a tree of stretches as far as it goes for all runs."""
-    if call.tree:
-        return _of_tree(call)
-    pieces = [Piece(0, 0, (s.start[0], s.start[1] + s.length), s.states) for s in call.segments]
-    last = call.segments[-1]
-    until = call.horizon[0] if call.last else last.start[0] + last.length
-    return Enclosure(call.box, 0, until, pieces, last=call.last)
-
-
-def _of_tree(call: Call) -> Enclosure:
     """Up to the horizon, or to the first instant at which a stretch was not followed to its end."""
     pieces = [
         Piece(s.mode, s.jumps, (g.start[0], g.start[0] + g.length), g.states) for s in call.tree for g in s.segments
@@ -50,7 +40,7 @@ def _of_tree(call: Call) -> Enclosure:
         if s.jump is not None and s.parent is not None and s.edge is not None:
             crossings.append(Crossing((call.tree[s.parent].mode, s.edge), s.jumps, *s.jump))
     until = min([call.horizon[0], *(_given_up(s) for s in call.tree if s.end not in SETTLED)])
-    return Enclosure(call.box, call.mode, until, pieces, crossings)
+    return Enclosure(call.box, call.mode, until, pieces, crossings, last=call.last)
 
 
 def _given_up(s: Stretch) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hacheck.formula import Formula, conj, disj, literal, literals, members, negated, replace
-from hacheck.polynomial import ZERO, Poly, add, const, mul, total
+from hacheck.polynomial import ZERO, Poly, add, by_power, const, constant, mul, total
 from hacheck.positivity import Premises, formula, polynomial, primitive, refute
 from hacheck.rational import Beyond, Refused, number
 
@@ -99,6 +99,26 @@ class Flow:
             others = [literal("<=", g[1]) for i, g in enumerate(found) if i != j]
             refute(proof, known.with_(*others, literal("==", p), literal(">=", self.slope(p))))
 
+    def rest(self, known: Premises, f: Formula, keep: Json) -> None:
+        """Variables that nothing else moves are where none of them moves: their rates being smooth, they stay there."""
+        found = [self._placed(g) for g in members(f, "and")]
+        still, rates = set(found), [self.rates[v] for v in found]
+        read = set(self.always.functions.support(n for p in rates for n in p_names(p)))
+        if not read & self.rates.keys() <= still or len(keep["proofs"]) != len(rates):
+            raise Refused("what is said to be at rest is moved by something else")
+        for p, proof in zip(rates, keep["proofs"], strict=True):
+            refute(proof, known.with_(f, literal("!=", p)))
+
+    def _placed(self, g: Formula) -> str:
+        """The variable that an equation gives the value of, by what does not move."""
+        if g[0] == "==":
+            for v in sorted(self.rates.keys() & set(p_names(g[1])) - {"time"}):
+                parts = by_power(g[1], v)
+                rest = set(self.always.functions.support(p_names(parts.get(0, ZERO))))
+                if parts.keys() <= {0, 1} and constant(parts[1]) and not rest & self.rates.keys():
+                    return v
+        raise Refused("a cut is of another shape than its rule")
+
     def lie(self, known: Premises, f: Formula, keep: Json) -> None:
         """What holds now holds for a while, and what held for a while holds now, as derivatives tell."""
         ordered = list(dict.fromkeys(_hashable(p) for _, p in literals(f)))
@@ -127,7 +147,9 @@ class Flow:
         return chain[:rank]
 
 
-_RULES: dict[Any, Any] = {"darboux": Flow.darboux, "growth": Flow.growth, "barrier": Flow.barrier, "lie": Flow.lie}
+_RULES: dict[Any, Any] = {
+    "darboux": Flow.darboux, "growth": Flow.growth, "barrier": Flow.barrier, "rest": Flow.rest, "lie": Flow.lie,
+}  # fmt: skip
 
 
 def p_names(p: Poly) -> Iterator[str]:

@@ -25,22 +25,15 @@ def flowpipe(
     order_degree_steps_depth: tuple[int, int, int, int],
     tolerance_first_longest_least: tuple[float, float, float, float],
 ) -> tuple[list[tuple[Pair, float, list[Pair], list[Pair]]], str, list[Pair]]: ...
-def flow_record(
-    field: Listing,
-    start: list[Pair],
-    horizon: Pair,
-    order_degree_steps: tuple[int, int, int],
-    tolerance_first_longest_least: tuple[float, float, float, float],
-) -> tuple[list[list[int]], list[tuple[float, list[list[list[float]]]]]]: ...
 
 Comparisons = list[tuple[int, str]]
 Words = list[tuple[str, int]]
 EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
-ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, list[EdgeListing]]
+ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, Words, list[EdgeListing]]
 Judged = tuple[bool, bool, Pair | None, Pair | None]
 JumpRow = tuple[int, Pair, list[Pair], list[Pair], Judged]
-StepRow = tuple[Pair, list[Pair], list[Pair], Judged, bool]
-StretchRow = tuple[int | None, int, int, bool, JumpRow | None, list[StepRow], str]
+StepRow = tuple[Pair, list[Pair], list[Pair], Judged, bool, bool]
+StretchRow = tuple[int | None, int, int, bool, JumpRow | None, list[StepRow], str, list[Pair]]
 
 def reach(
     modes: Sequence[ModeListing],
@@ -62,6 +55,14 @@ def reach_record(
 ) -> list[
     tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
 ]: ...
+def along(
+    positions: Listing,
+    readout: Listing,
+    derivatives: int,
+    time: Pair,
+    widths: list[float],
+    order_depth_stretches: tuple[int, int, int],
+) -> list[tuple[float, float, list[Pair] | None]]: ...
 
 class Record:
     def end(self) -> tuple[str, float, int, list[float], float, int]: ...

@@ -8,8 +8,7 @@ from typing import Any
 
 from hacheck.core import Core
 from hacheck.obligations import Setting, established
-from haverify.analyses.hybrid.decide import decide_hybrid
-from haverify.analyses.taylor_reach import decide_flow
+from haverify.analyses.hybrid.decide import decide_flow
 from haverify.model.core import canonical, to_core
 from haverify.run.examine import read
 
@@ -25,8 +24,7 @@ class Flowing:
         spec = read(str(path))[0]
         assert spec is not None
         core = to_core(spec)
-        decide = decide_hybrid if spec.automata[0].edges else decide_flow
-        found = decide(spec, spec.automata[0], spec.claims[0], core)
+        found = decide_flow(spec, spec.automata[0], spec.claims[0], core)
         self.core: Json = json.loads(canonical(core))
         assert found.certificate is not None, found.verdict
         self.certificate: Json = json.loads(canonical(found.certificate))

@@ -110,7 +110,7 @@ def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: in
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
         steady = Evidence(Unknown("fragment", str(e)), (), METHOD)
-        before = steady if claim.using else _by_flowpipe(context, claim, str(e))
+        before = steady if claim.using else _by_flowpipe(context, claim, str(e), units)
         return _by_induction(contexts, context, claim, before, units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
 
@@ -155,18 +155,15 @@ def _is_steady(context: Context) -> bool:
     return all(line.rate.op == "num" for line in lines if isinstance(line.rate, Expr))
 
 
-def _by_flowpipe(context: Context, claim: Claim, reason: str) -> Evidence:
+def _by_flowpipe(context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What flowpipes show of a claim that the analysis of clocks cannot decide for the reason given."""
     if _is_steady(context):
         return Evidence(Unknown("fragment", reason), (), METHOD)
-    from haverify.analyses.hybrid.decide import decide_hybrid
-    from haverify.analyses.taylor_reach import METHOD as TAYLOR
-    from haverify.analyses.taylor_reach import decide_flow
+    from haverify.analyses.hybrid.decide import METHOD as TAYLOR
+    from haverify.analyses.hybrid.decide import decide_flow
 
-    needs_tree = context.automaton.edges or any(g.kind in ("reach", "stl") for g in claim.goals)
-    decides = decide_hybrid if needs_tree else decide_flow
     try:
-        return decides(context.spec, context.automaton, claim, context.core)
+        return decide_flow(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 

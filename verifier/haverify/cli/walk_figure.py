@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from haverify.fitting.curve import Curve, samples
+from haverify.fitting.curve import Curve
 from haverify.fitting.walk import Walk
 from haverify.recordings.cycles import Cycle
 from haverify.recordings.phases import PHASES
@@ -30,12 +30,10 @@ def _pane(walk: Walk, c: Curve) -> Pane:
         series.append(_dots(walk.held_out, c, 2))
     t = np.linspace(0, float(walk.knots.period) * (1 - 1e-9), 401)
     curve = Series(tuple(zip(t.tolist(), c.at(t).tolist(), strict=True)), 1)
-    return Pane(f"{told(c.joint)} [deg]", (*series, curve))
+    return Pane(f"{told(c.joint)} [deg]", (curve, *series))
 
 
 def _dots(cycles: tuple[Cycle, ...], c: Curve, kind: int) -> Series:
     period = float(c.knots.period)
-    shares, angles = samples(cycles, c.joint)
-    step = max(1, len(shares) // _MOST)
-    points = zip(shares[::step], angles[::step], strict=True)
-    return Series(tuple((float(s) * period, float(a)) for s, a in points), kind, True)
+    points = [(s * period, a) for cycle in cycles for s, a in zip(*cycle.near[c.joint], strict=True)]
+    return Series(tuple(points[:: max(1, len(points) // _MOST)]), kind, True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import textwrap
 
 from haverify.fitting import tables
 from haverify.fitting.claims import claims
@@ -21,8 +22,8 @@ def emit(walk: Walk, stem: str) -> dict[str, str]:
     """`<stem>.ha` and the tables in `<stem>/` beside it; the same walk gives the same bytes."""
     files = {f"{stem}/phases.csv": tables.phases(walk.knots)}
     files |= {f"{stem}/{c.joint}.csv": tables.polynomials(c) for c in walk.curves}
-    recorded = tables.picked(walk.training, walk.knots)
-    held = tables.picked(walk.held_out, walk.knots) if walk.held_out else []
+    recorded = tables.picked(walk.training[0], walk.knots)
+    held = tables.picked(walk.held_out[0], walk.knots) if walk.held_out else []
     files[f"{stem}/recorded.csv"] = tables.samples(recorded)
     if held:
         files[f"{stem}/held_out.csv"] = tables.samples(held)
@@ -31,10 +32,19 @@ def emit(walk: Walk, stem: str) -> dict[str, str]:
 
 
 def _formatted(text: str) -> str:
-    source = Source.of_text("fitted.ha", text)
+    """The text in the one layout, with doc comments of at most 120 columns."""
+    lines = [part for line in text.split("\n") for part in _wrapped(line)]
+    source = Source.of_text("fitted.ha", "\n".join(lines))
     tree, found = parse(source)
     assert not found, found
     return layout.format(tree, source)
+
+
+def _wrapped(line: str) -> list[str]:
+    lead, doc, said = line.partition("/// ")
+    if not doc or lead.strip() or len(line) <= 120:
+        return [line]
+    return [f"{lead}/// {part}" for part in textwrap.wrap(said, 116 - len(lead), break_long_words=False)]
 
 
 def _head(walk: Walk, stem: str) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
-from haverify.fitting.curve import Curve, Residual, residual, samples
+from haverify.fitting.curve import Curve, Residual, residual
 from haverify.fitting.knots import Knots, knots
-from haverify.fitting.solve import degree, solve
+from haverify.fitting.solve import curve, points
 from haverify.recordings.cycles import Cycle, cycles, timed, whole
 from haverify.recordings.events import Steps, steps
 from haverify.recordings.phases import boundaries
@@ -124,12 +124,9 @@ def _fitted(
     grid = knots(shares, sum((c.length for c in every), Q(0)) / len(every))
     curves = []
     for joint in JOINTS:
-        d = options.degree if options.degree is not None else degree(training, joint, grid, options.order)
-        curves.append(solve(training, joint, grid, options.order, d))
+        curves.append(curve(points(training, joint, grid), joint, grid, options.order, options.degree))
     rounding = max(r.rounding for r in recordings)
-    trained, left = (
-        tuple(residual(c, *samples(part, c.joint), rounding) for c in curves) for part in (training, held_out)
-    )
+    trained, left = (tuple(residual(c, part, rounding) for c in curves) for part in (training, held_out))
     made = Walk(
         recordings=tuple(recordings),
         strides=tuple(strides),

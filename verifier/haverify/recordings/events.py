@@ -43,7 +43,7 @@ def steps(r: Recording, s: Stride, forces: Forces | None = None, method: str = "
         stood = {side: contacts(forces, side) for side in ("l", "r")}
         return _agreeing(stood, moved, s, forces.path)
     if any(e.strikes for e in r.marked.values()):
-        return _settled(r.marked, moved, s)
+        return _settled(r.marked, s)
     return Steps(moved)
 
 
@@ -53,7 +53,7 @@ def moving(r: Recording, s: Stride, method: str) -> dict[str, Events]:
 
     times = grid(r)
     if r.tracks:
-        times, of = np.array([float(t) for t in r.times]), dict(r.tracks)
+        times, of = np.array(r.clock), dict(r.tracks)
     else:
         of = tracks(r, times)
     if s.kind == "closes":
@@ -101,26 +101,36 @@ def _apart(stood: dict[str, Events], moved: dict[str, Events], sides: str) -> fl
     return sum(gaps) / len(gaps) if gaps else None
 
 
-def _settled(marked: Mapping[str, Events], moved: dict[str, Events], s: Stride) -> Steps:
-    """Annotated events; of two closer than a third of a stride, which no foot can do, the one the motion confirms."""
+def _settled(marked: Mapping[str, Events], s: Stride) -> Steps:
+    """Annotated events; of two closer than a third of a stride, which no foot can do, the one that fits the stride."""
     found, kept = [], {}
     for side, events in marked.items():
-        strikes, a = _single(events.strikes, moved[side].strikes, s)
-        offs, b = _single(events.offs, moved[side].offs, s)
+        strikes, a = _single(events.strikes, s.seconds)
+        offs, b = _single(events.offs, s.seconds)
         kept[side] = Events(strikes, offs, events.method)
         if a + b:
             name = "left" if side == "l" else "right"
-            message = f"{a + b} annotated events of the {name} foot come too soon; those nearer to the motion stay"
+            message = f"{a + b} annotated events of the {name} foot come too soon; those that fit the stride stay"
             found.append(Diagnostic("HA226", message, severity=Severity.WARNING))
     return Steps(kept, tuple(found))
 
 
-def _single(times: tuple[Q, ...], near: tuple[Q, ...], s: Stride) -> tuple[tuple[Q, ...], int]:
+def _single(times: tuple[Q, ...], period: float) -> tuple[tuple[Q, ...], int]:
+    """One instant of each group of close ones, and how many are left out."""
     groups: list[list[Q]] = []
     for t in times:
-        if groups and t - groups[-1][-1] < Q(s.seconds) / 3:
+        if groups and t - groups[-1][-1] < Q(period) / 3:
             groups[-1].append(t)
         else:
             groups.append([t])
-    best = tuple(min(g, key=lambda t: min((abs(t - m) for m in near), default=Q(0))) for g in groups)
+    best = tuple(
+        min(g, key=lambda t: _misfit(t, groups[max(k - 1, 0) : k] + groups[k + 1 : k + 2], period))
+        for k, g in enumerate(groups)
+    )
     return best, len(times) - len(groups)
+
+
+def _misfit(t: Q, beside: list[list[Q]], period: float) -> float:
+    """How far the gaps to the neighbours are from whole strides."""
+    shares = [[abs(float(t - other)) / period for other in g] for g in beside]
+    return sum(min(abs(x - round(x)) for x in g) for g in shares)

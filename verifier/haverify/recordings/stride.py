@@ -74,7 +74,20 @@ def _alternates(x: Mapping[str, Array], step: float) -> Stride | None:
     lags = [_least(x, step, other, 0.4, half=True) for other in (_other("l"), _other("r"))]
     if lags[0] is None or lags[1] is None:
         return None
-    return Stride(lags[0].seconds + lags[1].seconds, "alternates", max(lags[0].unlike, lags[1].unlike))
+    seconds = lags[0].seconds + lags[1].seconds
+    unlike = max(lags[0].unlike, lags[1].unlike)
+    return Stride(_refined(x, step, seconds), "alternates", unlike)
+
+
+def _refined(x: Mapping[str, Array], step: float, seconds: float) -> float:
+    """The lag within 6 % of a stride at which its end is most like the beginning, where there is a tenth of it."""
+    first, last = int(0.94 * seconds / step), int(1.06 * seconds / step) + 1
+    last = min(last, int((len(x["lh"]) - 1) / 1.1))
+    unlike = [_unlike(x, k, _same) for k in range(first, last + 1)]
+    best = unlike.index(min(unlike)) if unlike else 0
+    if not 0 < best < len(unlike) - 1 or unlike[best] > _ALIKE:
+        return seconds
+    return (first + best + _between(unlike[best - 1 : best + 2])) * step
 
 
 def _closes(x: Mapping[str, Array], step: float) -> Stride | None:

@@ -23,8 +23,8 @@ Words = list[tuple[str, int]]
 Comparisons = list[tuple[int, str]]
 # Target, urgent, guard, reset, choices, quantities of the landing, the claim on these.
 EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
-# Field, watched quantities, domain, claim, window, edges.
-ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, list[EdgeListing]]
+# Field, watched quantities, domain, what else it says, claim, window, edges.
+ModeListing = tuple[Listing, Listing, Comparisons, Words, Words, Words, list[EdgeListing]]
 
 _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _FUNCTIONS = {"sqrt": "sqrt", "exp": "exp", "log": "log", "neg": "neg"}
@@ -230,24 +230,6 @@ def flowpipe(
 Step = tuple[float, list[list[list[float]]]]  # length; by variable and power of time the coefficients of the monomials
 
 
-def flow_record(
-    flow: Listing, box: Sequence[Pair], horizon: Interval, settings: Settings
-) -> tuple[list[list[int]], list[Step]]:
-    """The polynomials of a flowpipe, for a second checker: the exponents of their monomials, and each step.
-
-    The set variables are the wide ones of the box, in order, each in [-1, 1].
-
-    Raises
-    ------
-    Fault               if the horizon is not reached
-    """
-    s = settings
-    return _kernel.flow_record(
-        flow, list(box), (horizon.low, horizon.high), (s.order, s.degree, s.steps),
-        (s.tolerance, s.first, s.longest, s.least),
-    )  # fmt: skip
-
-
 @record
 class Judgement:
     """What is known of a claim: it holds (fails) wherever it is asked; instants at which all runs meet (violate) it."""
@@ -271,13 +253,17 @@ class Jump:
 
 @record
 class Stage:
-    """One step of a stretch: instants, states, watched quantities, the claim, whether the window is certainly kept."""
+    """One step of a stretch: instants, states, watched quantities, the claim, whether the window is certainly kept.
+
+    Where not `stays`, runs may end because of what their domain says beside comparisons that all hold.
+    """
 
     time: Pair
     states: list[Pair]
     watched: list[Pair]
     claim: Judgement
     keeps_window: bool
+    stays: bool
 
 
 @record
@@ -286,6 +272,7 @@ class Stretch:
 
     It is certain if all the runs it encloses exist. `end` is `horizon`, `answered`, `jumped`, `left` (runs may have
     left the domain without a jump), `cut` (its set goes on in two stretches), `jumps` (beyond the budget), or a reason.
+    `last` are the states at the horizon, where they are known better than by the last step.
     """
 
     parent: int | None
@@ -295,6 +282,7 @@ class Stretch:
     jump: Jump | None
     stages: list[Stage]
     end: str
+    last: list[Pair]
 
 
 @record
@@ -376,7 +364,29 @@ def _stretch(
     jump: _kernel.JumpRow | None,
     stages: list[_kernel.StepRow],
     end: str,
+    last: list[Pair],
 ) -> Stretch:
     made = None if jump is None else Jump(jump[0], jump[1], jump[2], jump[3], Judgement(*jump[4]))
-    passed = [Stage(t, states, watched, Judgement(*claim), kept) for t, states, watched, claim, kept in stages]
-    return Stretch(parent, mode, jumps, certain, made, passed, end)
+    passed = [Stage(t, x, watched, Judgement(*claim), kept, stay) for t, x, watched, claim, kept, stay in stages]
+    return Stretch(parent, mode, jumps, certain, made, passed, end, last)
+
+
+@record
+class Fineness:
+    """How finely to enclose a motion: order of the polynomials, halvings on a path, stretches of time at all."""
+
+    order: int = 2
+    depth: int = 16
+    stretches: int = 20_000
+
+
+def along(
+    positions: Listing, readout: Listing, derivatives: int, time: Pair, widths: Sequence[float], fineness: Fineness
+) -> list[tuple[float, float, list[Pair] | None]]:
+    """Enclose quantities of a motion over stretches of time, which are halved until all are as narrow as `widths`.
+
+    `positions` are functions of variable 0, the time; variable `d * n + i` of `readout` is the `d`-th derivative of the
+    `i`-th of these `n`. A stretch has None where some quantity has no enclosure.
+    """
+    f = fineness
+    return _kernel.along(positions, readout, derivatives, time, list(widths), (f.order, f.depth, f.stretches))

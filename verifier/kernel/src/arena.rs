@@ -61,9 +61,8 @@ impl Arena {
         Interval::new((middle - spread).next_down(), (middle + spread).next_up())
     }
 
-    /// Make every place zero, and keep all degrees again.
-    pub fn clear(&mut self) {
-        self.heads.fill(Head::default());
+    /// Keep all degrees again.
+    pub fn keep_all(&mut self) {
         self.limit = self.space.degree + 1;
     }
 
@@ -135,12 +134,20 @@ impl Arena {
     /// `at = a + sign * b` for a sign of one or minus one.
     pub fn combine(&mut self, at: usize, a: usize, b: usize, sign: f64) -> Result<(), Fault> {
         let (x, y) = (self.heads[a], self.heads[b]);
+        if y.is_zero() {
+            self.signed(at, a, 1.0);
+            return Ok(());
+        }
+        if x.is_zero() {
+            self.signed(at, b, sign);
+            return Ok(());
+        }
         let degrees = x.degrees.max(y.degrees);
         let size = self.space.size();
         let (m, n) = (self.count(a), self.count(b));
         let sum = &mut self.sum[..m.max(n)];
-        sum.fill(0.0);
         sum[..m].copy_from_slice(&self.coefficients[a * size..a * size + m]);
+        sum[m..].fill(0.0);
         let mut mass = 0.0;
         for (s, c) in sum.iter_mut().zip(&self.coefficients[b * size..b * size + n]) {
             let exact = *s == 0.0 || *c == 0.0;
@@ -150,11 +157,15 @@ impl Arena {
         self.settle(at, degrees, bound(x.radius + y.radius, 2.0 * UNIT * mass))
     }
 
-    /// `at = a`.
-    pub fn copy(&mut self, at: usize, a: usize) -> Result<(), Fault> {
-        let (size, count) = (self.space.size(), self.count(a));
-        self.sum[..count].copy_from_slice(&self.coefficients[a * size..a * size + count]);
-        self.settle(at, self.heads[a].degrees, self.heads[a].radius)
+    /// `at = sign * a` for a sign of one or minus one.
+    pub fn signed(&mut self, at: usize, a: usize, sign: f64) {
+        let (size, count, width) = (self.space.size(), self.count(a), self.space.degree + 1);
+        self.heads[at] = self.heads[a];
+        self.norms.copy_within(a * width..a * width + self.heads[a].degrees, at * width);
+        self.coefficients.copy_within(a * size..a * size + count, at * size);
+        if sign < 0.0 {
+            self.coefficients[at * size..at * size + count].iter_mut().for_each(|c| *c = -*c);
+        }
     }
 
     /// `at = by * a`.
@@ -165,6 +176,10 @@ impl Arena {
             return Ok(());
         }
         let middle = by.midpoint();
+        if by.low() == by.high() && middle.abs() == 1.0 {
+            self.signed(at, a, middle);
+            return Ok(());
+        }
         let half = (by.high() - middle).max(middle - by.low());
         let (size, count) = (self.space.size(), self.count(a));
         for (s, c) in self.sum.iter_mut().zip(&self.coefficients[a * size..a * size + count]) {
@@ -227,13 +242,20 @@ impl Arena {
             self.sum[..kept].iter_mut().zip(y).for_each(|(s, d)| *s += first * d);
         }
         for d in 1..self.heads[few].degrees.min(self.limit) {
-            let y = &y[..y.len().min(self.space.upto_degrees(self.limit - d))];
-            let first = self.space.upto_degrees(d);
-            for (i, factor) in x[first..self.space.upto_degrees(d + 1)].iter().enumerate() {
-                let (i, c) = (first + i, factor * weight);
-                if c != 0.0 {
-                    self.space.row(i).iter().zip(y).for_each(|(&at, d)| self.sum[at as usize] += c * d);
-                }
+            let own = self.space.upto_degrees(d)..self.space.upto_degrees(d + 1);
+            let scale = weight * y[0];
+            if scale != 0.0 {
+                self.sum[own.clone()].iter_mut().zip(&x[own.clone()]).for_each(|(s, c)| *s += scale * c);
+            }
+            // The longer block of a pair of degrees is the inner loop.
+            let last = self.heads[many].degrees.min(self.limit - d);
+            for e in 1..last.min(d) {
+                let other = self.space.upto_degrees(e)..self.space.upto_degrees(e + 1);
+                self.space.spread(&mut self.sum, weight, (other, y), (own.clone(), x));
+            }
+            if last > d {
+                let others = self.space.upto_degrees(d)..self.space.upto_degrees(last);
+                self.space.spread(&mut self.sum, weight, (own, x), (others, y));
             }
         }
     }

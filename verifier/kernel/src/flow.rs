@@ -30,6 +30,10 @@ const LINEAR: usize = 1;
 const LOSS: f64 = 0.1;
 /// Terms of the series that are a smaller part of the tolerance than this may be kept as errors.
 const SHARE: f64 = 1e-3;
+/// How much a step may be longer than the one before.
+const GROWTH: f64 = 3.0;
+/// A step is made anew where a length below this share of its own is found to be right.
+const TOO_LONG: f64 = 0.6;
 /// How often an a-priori tube is tried for one length of step.
 const ATTEMPTS: usize = 4;
 
@@ -38,9 +42,17 @@ pub(crate) struct Tube {
     lagrange: Vec<Interval>,
     slopes: Matrix,
     pub(crate) states: Vec<Model>,
-    /// How the slopes alone move errors: to any instant of the step, and to its end.
-    along: Matrix,
+    /// How the slopes alone move errors to the end of the step.
     across: Matrix,
+    /// Bounds of what the errors at its start are at any of its instants.
+    moved: Vec<f64>,
+}
+
+/// What became of looking for a tube.
+enum Tried {
+    Found(Tube),
+    /// The last term of the series is this much too large (a factor for the step).
+    TooLong(f64),
 }
 
 /// One validated step: the series at its start, what holds during it, how errors move to its end.
@@ -49,8 +61,6 @@ pub(crate) struct Step {
     pub(crate) series: Vec<Vec<Model>>,
     pub(crate) tube: Tube,
     transition: Vec<Vec<Model>>,
-    /// Bounds of what the errors at its start are at any of its instants.
-    moved: Vec<f64>,
 }
 
 /// A set on its way along a field.
@@ -87,7 +97,7 @@ impl Step {
 
     /// Bounds of what the errors at the start of the step are at any instant of it.
     pub(crate) fn moved(&self, v: usize) -> f64 {
-        self.moved[v]
+        self.tube.moved[v]
     }
 
     pub(crate) fn order(&self) -> usize {
@@ -115,57 +125,91 @@ impl<'a> Flow<'a> {
 
     /// A step of at most `wanted`, and the length to try next.
     pub(crate) fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
-        let Settings { order, tolerance, .. } = *self.settings;
         // What is left before the horizon may be shorter than any step should be.
         let least_step = self.settings.least_step.min(wanted);
         let series = self.series(wanted)?;
         let known: Vec<Vec<Interval>> =
             (0..series.len()).map(|v| self.known(v, &series[v])).collect::<Result<_, _>>()?;
-        let (mut h, mut growth) = (wanted, 1.5);
+        let (mut h, mut growth) = (wanted.min(self.foreseen(&known)).max(least_step), GROWTH);
         while h >= least_step {
-            let Ok(tube) = self.tube(&known, h) else {
-                h *= if growth > 1.0 { 0.7 } else { 0.5 };
-                growth = 1.0;
-                continue;
+            let tried = self.tube(&known, h);
+            let may_shrink = h > 2.0 * least_step;
+            let (tube, factor) = match tried {
+                Ok(Tried::Found(tube)) => {
+                    let factor = self.share(&tube.lagrange, h);
+                    (tube, factor)
+                }
+                Ok(Tried::TooLong(factor)) if may_shrink => {
+                    h *= factor.max(0.2);
+                    continue;
+                }
+                _ => {
+                    h *= if growth > 1.0 { 0.7 } else { 0.5 };
+                    growth = 1.0;
+                    continue;
+                }
             };
-            let last = tube.lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
-            let factor = 0.9 * (tolerance / last).powf(1.0 / (order + 1) as f64);
-            if factor < 0.6 && h > 2.0 * least_step {
+            if factor < TOO_LONG && may_shrink {
                 h *= factor.max(0.2);
                 continue;
             }
             let transition = self.transition(&tube, &tube.across, h)?;
-            let moved = tube.along.bounds(&self.errors.radii(self.centre.len()));
             return Ok((
-                Step { h, series, tube, transition, moved },
+                Step { h, series, tube, transition },
                 (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
             ));
         }
         Err(Fault::Step)
     }
 
+    /// The step for which the last terms known would be as small as they should, or more.
+    fn foreseen(&self, known: &[Vec<Interval>]) -> f64 {
+        let Settings { order, tolerance, .. } = *self.settings;
+        let with = |k: usize| {
+            let size = known.iter().map(|x| x[k].norm()).fold(0.0, f64::max);
+            (tolerance / size).powf(1.0 / k as f64)
+        };
+        let found = (order.saturating_sub(1).max(1)..=order).map(with).fold(f64::INFINITY, f64::min);
+        if found.is_nan() {
+            f64::INFINITY
+        } else {
+            found
+        }
+    }
+
+    /// How much longer a step may be, given its last term.
+    fn share(&self, lagrange: &[Interval], h: f64) -> f64 {
+        let Settings { order, tolerance, .. } = *self.settings;
+        let last = lagrange.iter().map(|l| l.norm()).fold(0.0, f64::max) * h.powi(order as i32 + 1);
+        0.9 * (tolerance / last).powf(1.0 / (order + 1) as f64)
+    }
+
     /// A tube that no solution from the set leaves before `h`.
-    fn tube(&self, series: &[Vec<Interval>], h: f64) -> Result<Tube, Fault> {
+    fn tube(&self, series: &[Vec<Interval>], h: f64) -> Result<Tried, Fault> {
         let order = self.settings.order;
         let span = Interval::new(0.0, h)?;
         let power = span.powi(order as i32 + 1)?;
         let errors = self.errors.radii(series.len());
         let motion: Vec<Interval> =
             series.iter().map(|r| horner(&r[1..], span)?.mul(span)).collect::<Result<_, _>>()?;
-        let mut added = self.guess(&motion, &errors, power)?;
+        let mut added = self.guess(&motion, &errors, power, h)?;
         for _ in 0..ATTEMPTS {
             let states = self.around(&added)?;
             let (lagrange, slopes) = self.swept(&states)?;
-            let [along, across] = slopes.transitions([span, Interval::exactly(h)?])?;
-            let moved = along.bounds(&errors);
+            let moved = slopes.growth(h, &errors).ok_or(Fault::Overflow)?;
             let mut landed = Vec::with_capacity(motion.len());
             for v in 0..motion.len() {
                 landed.push(motion[v].add(power.mul(lagrange[v])?)?.add(Interval::symmetric(moved[v])?)?);
             }
             if added.iter().zip(&landed).all(|(m, l)| m.holds_inside(*l)) {
                 let far = lagrange.iter().map(|l| l.norm()).collect();
-                self.sweeps.borrow_mut().before = Some((along.clone(), far));
-                return Ok(Tube { lagrange, slopes, states: self.around(&landed)?, along, across });
+                let across = slopes.transition(Interval::exactly(h)?)?;
+                self.sweeps.borrow_mut().before = Some((slopes.clone(), far));
+                return Ok(Tried::Found(Tube { lagrange, slopes, states: self.around(&landed)?, across, moved }));
+            }
+            let factor = self.share(&lagrange, h);
+            if factor < TOO_LONG {
+                return Ok(Tried::TooLong(factor));
             }
             let wider = added.iter().zip(&landed).map(|(m, l)| inflated(m.hull(*l)?, 0.1));
             added = wider.collect::<Result<_, _>>()?;
@@ -174,16 +218,16 @@ impl<'a> Flow<'a> {
     }
 
     /// Where a tube may be: around the motion of the series, with room for errors and the last term.
-    fn guess(&self, motion: &[Interval], errors: &[f64], power: Interval) -> Result<Vec<Interval>, Fault> {
+    fn guess(&self, motion: &[Interval], errors: &[f64], power: Interval, h: f64) -> Result<Vec<Interval>, Fault> {
         let sweeps = self.sweeps.borrow();
-        let room: Vec<f64> = match &sweeps.before {
-            Some((along, lagrange)) => {
-                let moved = along.bounds(errors);
-                moved.iter().zip(lagrange).map(|(e, l)| 1.2 * e + 1.5 * l * power.high()).collect()
-            }
+        let before = sweeps.before.as_ref().and_then(|(slopes, far)| Some((slopes.growth(h, errors)?, far)));
+        let room: Vec<f64> = match before {
+            Some((moved, far)) => moved.iter().zip(far).map(|(e, l)| 1.2 * e + 1.5 * l * power.high()).collect(),
             None => errors.iter().map(|e| 2.0 * e).collect(),
         };
-        motion.iter().zip(&room).map(|(m, r)| inflated(m.add(Interval::symmetric(*r)?)?, 0.01)).collect()
+        let wide =
+            |(m, r): (&Interval, &f64)| inflated(m.add(Interval::symmetric(r.max(self.settings.tolerance))?)?, 0.01);
+        motion.iter().zip(&room).map(wide).collect()
     }
 
     /// The series from the set without its errors.
@@ -251,7 +295,8 @@ impl<'a> Flow<'a> {
         during.restart(&tube.states)?;
         during.extend_slopes(VARIATION + 1)?;
         let last = Matrix::from_fn(n, |i, j| self.range_or_zero(during.slope_of(i, j, VARIATION + 1)))?;
-        let rest = last.product(&tube.along).scaled(step.powi(VARIATION as i32 + 1)?);
+        let along = tube.slopes.transition(Interval::new(0.0, h)?)?;
+        let rest = last.product(&along).scaled(step.powi(VARIATION as i32 + 1)?);
         let powers: Vec<Interval> = (0..=VARIATION as i32).map(|i| step.powi(i)).collect::<Result<_, _>>()?;
         let entry = |i: usize, j: usize| {
             let first: Vec<Model> = (0..=VARIATION).map_while(|k| start.slope_of(i, j, k)).collect();
@@ -268,7 +313,7 @@ impl<'a> Flow<'a> {
         let last = t.powi(order as i32 + 1)?;
         let state = |v: usize| {
             let model = self.space.combination(&step.series[v], &powers)?;
-            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.moved[v])?)?)
+            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.tube.moved[v])?)?)
         };
         (0..step.series.len()).map(state).collect()
     }

@@ -4,7 +4,6 @@ use crate::fault::Fault;
 use crate::flow::ranges;
 pub(crate) use crate::flow::{Flow, Step};
 use crate::interval::{Enclosure, Interval};
-use crate::models::Model;
 use crate::series::{values, Tape};
 use crate::sets::Set;
 use std::ops::{Add, Mul, Sub};
@@ -82,33 +81,6 @@ pub fn flowpipe(
     Ok(pipe)
 }
 
-/// One step as a second integrator may check it: its length, and the series in time of every variable from its start.
-pub type Recorded = (f64, Vec<Vec<Model>>);
-
-/// The polynomials of a flowpipe: the exponents of their monomials, and the steps until the latest instant of `horizon`.
-/// They prove nothing by themselves: errors are left out.
-pub fn record(
-    field: &Tape,
-    start: &[Interval],
-    horizon: Interval,
-    settings: &Settings,
-) -> Result<(Vec<Vec<u8>>, Vec<Recorded>), Fault> {
-    let mut flow = Flow::new(field, Set::of_box(start, settings.degree), settings);
-    let (mut time, mut wanted) = (Interval::ZERO, settings.first_step.min(settings.longest_step));
-    let mut steps = Vec::new();
-    while horizon.high() > time.low() {
-        if steps.len() == settings.steps {
-            return Err(Fault::Step);
-        }
-        let left = horizon.high() - time.low();
-        let (step, next) = flow.step(if wanted < left { wanted } else { left.next_up() })?;
-        flow.land(&step)?;
-        (time, wanted) = (time.add(Interval::exactly(step.h)?)?, next);
-        steps.push((step.h, step.series));
-    }
-    Ok((flow.space.exponents, steps))
-}
-
 impl Flow<'_> {
     /// Take one step of at most `wanted` and record it; the instant after it and the length to try next.
     fn advance(
@@ -142,7 +114,7 @@ impl Flow<'_> {
 
     /// The states from an instant of the step just made to its end: back from its end by the mean value theorem, and
     /// inside what the step itself says of them.
-    fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
+    pub(crate) fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
         let back = Interval::new(first, step.h)?.sub(Interval::exactly(step.h)?)?;
         let rates = ranges(&self.linear, &values(&self.linear, self.field(), &step.tube.states)?)?;
         let ends = self.set()?.hull()?;

@@ -48,6 +48,8 @@ pub struct Mode {
     pub watch: Tape,
     /// Read as closed.
     pub domain: Guard,
+    /// What else the domain says: runs may end where it does not hold.
+    pub rest: Condition,
     pub claim: Condition,
     /// Where runs are followed.
     pub window: Condition,
@@ -107,6 +109,8 @@ pub struct Segment {
     pub watched: Vec<Interval>,
     pub claim: Judgement,
     pub keeps_window: bool,
+    /// Whether no run ends here because of what else its domain says.
+    pub stays: bool,
 }
 
 /// The polynomials of a step: its length, the exponents of their monomials, and the series in time of every variable.
@@ -154,6 +158,8 @@ pub struct Stretch {
     pub jump: Option<Jump>,
     pub segments: Vec<Segment>,
     pub end: End,
+    /// The states at the horizon, where they are known better than by the last segment.
+    pub last: Option<Vec<Interval>>,
 }
 
 struct Waiting {
@@ -245,7 +251,7 @@ fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
         };
         m.field.outputs.len() == n
             && within(&m.domain, count)
-            && m.claim.reach().max(m.window.reach()) <= count
+            && m.claim.reach().max(m.window.reach()).max(m.rest.reach()) <= count
             && m.edges.iter().all(edge)
     };
     let knows = |m: &Mode| within(&start.known, m.watch.outputs.len());
@@ -254,6 +260,19 @@ fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
     } else {
         Err(Fault::Unknown)
     }
+}
+
+/// Two truths taken together.
+fn both(a: Option<bool>, b: Option<bool>) -> Option<bool> {
+    match (a, b) {
+        (Some(false), _) | (_, Some(false)) => Some(false),
+        (Some(true), other) => other,
+        (None, _) => None,
+    }
+}
+
+fn ranges_of(flow: &Flow, step: &Step, during: Interval) -> Result<Vec<Interval>, Fault> {
+    flow.states(step, during)?.iter().map(|m| flow.space.range(m)).collect()
 }
 
 fn bare(from: &Waiting, end: End) -> Stretch {
@@ -265,6 +284,7 @@ fn bare(from: &Waiting, end: End) -> Stretch {
         jump: from.jump.clone(),
         segments: Vec::new(),
         end,
+        last: None,
     }
 }
 
@@ -332,8 +352,22 @@ impl<'a> Analysis<'a> {
     /// Record a step without events and take it.
     fn pass(&self, walk: &mut Walk, step: &Step) -> Result<(), Fault> {
         walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        let end = self.end_within(walk, step)?;
         walk.flow.land(step)?;
+        if let Some((first, during)) = end {
+            walk.stretch.last = Some(walk.flow.arrived(step, first, &during)?);
+        }
         Ok(())
+    }
+
+    /// The first instant of a step that may be the horizon, and the states since then, where time is the same for all.
+    fn end_within(&self, walk: &Walk, step: &Step) -> Result<Option<(f64, Vec<Interval>)>, Fault> {
+        let time = walk.time()?;
+        if walk.paced > 0 || time.width()? > 1e-9 * self.horizon || time.low() + step.h < self.horizon {
+            return Ok(None);
+        }
+        let first = (self.horizon - time.high()).next_down().clamp(0.0, step.h);
+        Ok(Some((first, ranges_of(&walk.flow, step, Interval::new(first, step.h)?)?)))
     }
 
     /// The stretch ends where the whole set crosses the border of the domain, or that of an urgent guard.
@@ -375,7 +409,7 @@ impl<'a> Analysis<'a> {
         if !is_exit && !is_forced {
             return Ok(None);
         }
-        walk.record(step, &Clock::Until(event.instant), self.settings.depth)?;
+        walk.record(step, &Clock::Until(event), self.settings.depth)?;
         if !is_quiet {
             for edge in open {
                 let Some(part) = walk.possible_before(step, event, edge, (0.0, 1.0), depth)? else { continue };
@@ -399,7 +433,7 @@ impl<'a> Analysis<'a> {
         let after = values(&wide.space, &edge.reset, &wide.models)?;
         let target = &self.modes[edge.target];
         let watched = ranges(&wide, &values(&wide.space, &target.watch, &after)?)?;
-        let arrives = all(&target.domain, &watched);
+        let arrives = both(all(&target.domain, &watched), target.rest.truth(&watched));
         if arrives == Some(false) {
             return Ok(None);
         }
@@ -417,7 +451,10 @@ impl<'a> Analysis<'a> {
         Ok(Some(Landing { edge: number, set, jump, is_certain, is_boxed }))
     }
 
-    fn leave(&mut self, walk: &Walk<'a>, landing: Landing) {
+    fn leave(&mut self, walk: &Walk<'a>, mut landing: Landing) {
+        if !walk.stretch.is_certain {
+            landing.jump.claim.violated = None;
+        }
         self.waiting.push_back(Waiting {
             parent: Some(walk.number),
             mode: walk.mode.edges[landing.edge].target,

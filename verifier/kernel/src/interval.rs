@@ -27,6 +27,7 @@ const FAR: f64 = 1_125_899_906_842_624.0;
 
 impl Interval {
     /// The interval between two finite floats in order.
+    #[inline]
     pub fn new(low: f64, high: f64) -> Enclosure {
         match (low, high) {
             _ if low.is_nan() || high.is_nan() => Err(Fault::NotANumber),
@@ -38,50 +39,61 @@ impl Interval {
     }
 
     pub const ZERO: Interval = Interval { low: 0.0, high: 0.0 };
+    pub const MINUS_ONE: Interval = Interval { low: -1.0, high: -1.0 };
 
     /// The one float, if it is finite.
+    #[inline]
     pub fn exactly(x: f64) -> Enclosure {
         Interval::new(x, x)
     }
 
     /// One float more on each side.
+    #[inline]
     pub fn widened(self) -> Enclosure {
         Interval::new(self.low.next_down(), self.high.next_up())
     }
 
     /// All numbers of at most this magnitude.
+    #[inline]
     pub fn symmetric(radius: f64) -> Enclosure {
         Interval::new(-radius, radius)
     }
 
     /// The greatest magnitude.
+    #[inline]
     pub fn norm(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
     /// Whether every number of the other lies strictly between the ends.
+    #[inline]
     pub fn holds_inside(self, other: Interval) -> bool {
         self.low < other.low && other.high < self.high
     }
 
+    #[inline]
     pub fn low(self) -> f64 {
         self.low
     }
 
+    #[inline]
     pub fn high(self) -> f64 {
         self.high
     }
 
+    #[inline]
     pub fn contains(self, x: f64) -> bool {
         self.low <= x && x <= self.high
     }
 
     /// A float of the interval near its middle.
+    #[inline]
     pub fn midpoint(self) -> f64 {
         (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
     }
 
     /// At least `high - low`.
+    #[inline]
     pub fn width(self) -> Result<f64, Fault> {
         let width = add(self.high, -self.low, Above);
         if width.is_finite() {
@@ -92,11 +104,13 @@ impl Interval {
     }
 
     /// The smallest interval that contains both.
+    #[inline]
     pub fn hull(self, other: Interval) -> Enclosure {
         Interval::new(self.low.min(other.low), self.high.max(other.high))
     }
 
     /// What both contain; a fault if that is nothing.
+    #[inline]
     pub fn intersection(self, other: Interval) -> Enclosure {
         Interval::new(self.low.max(other.low), self.high.min(other.high))
     }

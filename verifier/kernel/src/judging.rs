@@ -15,43 +15,58 @@ impl Walk<'_> {
         let states = self.states(step, clock, 0.0, 1.0)?;
         let hull: Vec<Interval> = states.iter().map(|m| self.flow.space.range(m)).collect::<Result<_, _>>()?;
         let time = *hull.last().ok_or(Fault::Unknown)?;
-        let mut look = Look { claim: judged(None, time, false), keeps_window: true, watched: None };
+        let mut look = Look { claim: judged(None, time, false), keeps_window: true, stays: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
         self.look(step, clock, (0.0, 1.0), depth, &mut look)?;
         if self.may_be_over(clock)? {
             (look.claim.met, look.claim.violated) = (None, None);
         }
         let watched = look.watched.unwrap_or_default();
-        let keeps_window = look.keeps_window;
+        let Look { keeps_window, stays, .. } = look;
+        self.stretch.is_certain &= stays;
         let exponents = self.flow.space.exponents.clone();
         let taken = Taken { h: step.h, exponents, series: step.series().to_vec() };
-        self.stretch.segments.push(Segment { taken, time, states: hull, watched, claim: look.claim, keeps_window });
+        self.stretch.segments.push(Segment {
+            taken,
+            time,
+            states: hull,
+            watched,
+            claim: look.claim,
+            keeps_window,
+            stays,
+        });
         Ok(())
     }
 
     /// Whether the stretch may have no length: it then has no instant but that of its landing, at which other things hold.
     fn may_be_over(&self, clock: &Clock) -> Result<bool, Fault> {
-        let Clock::Until(instant) = clock else { return Ok(false) };
-        Ok(self.stretch.segments.is_empty() && self.flow.space.range(instant)?.low() <= 0.0)
+        let Clock::Until(event) = clock else { return Ok(false) };
+        Ok(self.stretch.segments.is_empty() && self.flow.space.range(event.instant)?.low() <= 0.0)
     }
 
     fn look(&self, step: &Step, clock: &Clock, part: (f64, f64), depth: u32, seen: &mut Look) -> Result<(), Fault> {
         let states = self.states(step, clock, part.0, part.1)?;
-        let watched = self.watched(&states)?;
+        let Some(watched) = self.watched_until(&states, clock)? else { return Ok(()) };
         // Where the domain holds nowhere there is no run to judge.
         let Some(mut known) = kept(&self.mode.domain, &watched) else { return Ok(()) };
         if part.0 == 0.0 && self.stretch.segments.is_empty() && !self.known.is_empty() {
             self.add_known(&states, &mut known);
         }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
-        if (claim.is_none() || window != Some(true)) && depth > 0 {
+        let rest = self.mode.rest.truth(&known);
+        if rest == Some(false) {
+            seen.stays = false;
+            return Ok(());
+        }
+        if (claim.is_none() || window != Some(true) || rest.is_none()) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
             self.look(step, clock, (part.0, middle), depth - 1, seen)?;
             return self.look(step, clock, (middle, part.1), depth - 1, seen);
         }
         let time = self.flow.space.range(states.last().ok_or(Fault::Unknown)?)?;
         let raw = self.mode.claim.truth(&watched);
-        let is_certain = self.stretch.is_certain && raw == claim && window == Some(true);
+        seen.stays &= rest == Some(true);
+        let is_certain = self.stretch.is_certain && seen.stays && raw == claim && window == Some(true);
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
     }
 }
@@ -107,6 +122,8 @@ fn interval_rate(quantity: &Tape, field: &Tape, states: &[Interval]) -> Enclosur
 struct Look {
     claim: Judgement,
     keeps_window: bool,
+    /// Whether what else the domain says holds so far.
+    stays: bool,
     watched: Option<Vec<Interval>>,
 }
 

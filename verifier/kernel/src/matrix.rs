@@ -9,7 +9,9 @@ use crate::models::{raised, UNIT};
 
 /// How many terms a transition has at most, and the rest of the series that is worth no further one.
 const TERMS: u32 = 24;
-const NEGLIGIBLE: f64 = 1e-12;
+const HALVINGS: i32 = 8;
+const GROWTH_TERMS: u32 = 120;
+const NEGLIGIBLE: f64 = 1e-15;
 
 #[derive(Debug, Clone)]
 pub struct Matrix {
@@ -145,35 +147,71 @@ impl Matrix {
     }
 
     /// The matrices `V(t)` with `V' = A(t) V`, `V(0) = I`, for any `A(t)` in this one and `t` in a span, which starts
-    /// at zero or is a point: the Peano-Baker series.
+    /// at zero or is a point: the Peano-Baker series, over a part of the span that makes it short, then squares for a
+    /// point, as every part of a way has the transitions of the first.
     pub fn transition(&self, span: Interval) -> Result<Matrix, Fault> {
-        let [found] = self.transitions([span])?;
-        Ok(found)
+        let size = self.norm() * span.norm();
+        let is_point = span.low() == span.high();
+        let halvings = if is_point && size > 1.0 { (size.log2().ceil() as i32).min(HALVINGS) } else { 0 };
+        let part = Interval::exactly(0.5f64.powi(halvings))?;
+        let mut result = self.series(std::ops::Mul::mul(span, part)?)?;
+        for _ in 0..halvings {
+            result = result.product(&result);
+        }
+        if result.middle.iter().chain(&result.radius).all(|x| x.is_finite()) {
+            Ok(result)
+        } else {
+            Err(Fault::Overflow)
+        }
     }
 
-    /// The transitions over several spans.
-    pub fn transitions<const N: usize>(&self, spans: [Interval; N]) -> Result<[Matrix; N], Fault> {
-        let mut results = [(); N].map(|()| Matrix::identity(self.n));
+    fn series(&self, span: Interval) -> Result<Matrix, Fault> {
+        let mut result = Matrix::identity(self.n);
         let mut power = Matrix::identity(self.n);
-        let mut factors = [Interval::exactly(1.0)?; N];
-        let size = self.norm() * spans.iter().map(|s| s.norm()).fold(0.0, f64::max);
+        let mut factor = Interval::exactly(1.0)?;
+        let size = self.norm() * span.norm();
         for k in 1..=TERMS {
-            power = self.product(&power);
-            for (factor, (result, span)) in factors.iter_mut().zip(results.iter_mut().zip(&spans)) {
-                *factor = std::ops::Mul::mul(*factor, *span)?;
-                *factor = std::ops::Div::div(*factor, Interval::exactly(f64::from(k))?)?;
-                result.add_scaled(&power, *factor);
-            }
+            power = if k == 1 { self.clone() } else { self.product(&power) };
+            factor = std::ops::Mul::mul(factor, span)?;
+            factor = std::ops::Div::div(factor, Interval::exactly(f64::from(k))?)?;
+            result.add_scaled(&power, factor);
             // The rest of the series: its terms shrink at least like powers of `g`.
             let g = raised(size / f64::from(k + 1));
-            let last = factors.iter().map(|f| f.norm()).fold(0.0, f64::max);
-            let rest = raised(2.0 * g * power.norm() * last);
+            let rest = raised(2.0 * g * power.norm() * factor.norm());
             if g < 0.5 && (rest <= NEGLIGIBLE || (k == TERMS && rest.is_finite())) {
-                results.iter_mut().flat_map(|m| &mut m.radius).for_each(|r| *r = raised(*r + rest));
-                return Ok(results);
+                result.radius.iter_mut().for_each(|r| *r = raised(*r + rest));
+                return Ok(result);
             }
         }
         Err(Fault::Overflow)
+    }
+
+    /// Bounds of `|V(t) e|` for `V' = A(t) V`, `V(0) = I`, any `A(t)` in this matrix, `t` from 0 to `h` and `|e|` at
+    /// most these radii; `None` where they leave the floats.
+    ///
+    /// With `u' = M u`, where `M` has the magnitudes of this matrix, and on its diagonal no more than the positive part:
+    /// the magnitudes of a solution grow no faster (W. Walter, Differential and integral inequalities), and `u` grows.
+    pub fn growth(&self, h: f64, radii: &[f64]) -> Option<Vec<f64>> {
+        let n = self.n;
+        let rate = |at: usize| {
+            let (m, r) = (self.middle[at], self.radius[at]);
+            h * if at.is_multiple_of(n + 1) { (m + r).max(0.0) } else { m.abs() + r }
+        };
+        let rates: Vec<f64> = (0..n * n).map(|at| if rate(at) == 0.0 { 0.0 } else { raised(rate(at)) }).collect();
+        let size = raised(rates.chunks(n).map(|row| row.iter().sum()).fold(0.0, f64::max));
+        let (mut sum, mut term) = (radii.to_vec(), radii.to_vec());
+        for k in 1..=GROWTH_TERMS {
+            let part = 1.0 / f64::from(k);
+            let row = |row: &[f64]| row.iter().zip(&term).map(|(a, x)| a * x).sum::<f64>() * part;
+            term = rates.chunks(n).map(row).map(|x| if x == 0.0 { 0.0 } else { raised(x) }).collect();
+            sum.iter_mut().zip(&term).for_each(|(s, x)| *s += x);
+            let (g, last) = (size / f64::from(k + 1), term.iter().fold(0.0, |a: f64, &x| a.max(x)));
+            let rest = raised(2.0 * g * last);
+            if g < 0.5 && rest <= 1e-290 + 1e-13 * sum.iter().fold(0.0, |a: f64, &x| a.max(x)) {
+                return Some(sum.into_iter().map(|s| raised(raised(s) + rest)).collect());
+            }
+        }
+        None
     }
 }
 
@@ -268,10 +306,27 @@ mod tests {
     }
 
     #[test]
-    fn a_long_span_is_refused() {
+    fn a_long_span_is_made_of_short_ones_and_a_longer_one_refused() {
         let m = matrix(&[[0.0, 9.0], [9.0, 0.0]], 0.0);
-        assert!(m.transition(Interval::exactly(3.0).expect("finite")).is_err());
-        assert!(m.transition(Interval::exactly(1.0).expect("finite")).is_ok());
+        let at = |t: f64| m.transition(Interval::exactly(t).expect("finite"));
+        let (c, s) = (27f64.cosh(), 27f64.sinh());
+        assert_holds(&at(3.0).expect("short enough"), &[[c, s], [s, c]], 10.0);
+        assert!(at(1e6).is_err());
+        assert!(m.growth(1e6, &[1.0, 1.0]).is_none());
+    }
+
+    #[test]
+    fn growth_bounds_solutions_also_where_they_fall_first() {
+        let rows = [[-8.0, 1.0], [0.5, 0.25]];
+        let m = matrix(&rows, 0.0);
+        let bounds = m.growth(1.0, &[1.0, 0.5]).expect("short");
+        assert!(bounds[0] < 3.0 && bounds[1] < 2.0, "{bounds:?}");
+        for (mut x, mut y) in [(1.0, 0.5), (1.0, -0.5)] {
+            for _ in 0..10_000 {
+                assert!(f64::abs(x) <= bounds[0] && f64::abs(y) <= bounds[1], "{x} {y} {bounds:?}");
+                (x, y) = (x + 1e-4 * (rows[0][0] * x + rows[0][1] * y), y + 1e-4 * (rows[1][0] * x + rows[1][1] * y));
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::series::{Function, Ring, Term};
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Range};
 
 pub const UNIT: f64 = f64::EPSILON / 2.0;
 const FLOOR: f64 = 1e-300;
@@ -17,6 +17,7 @@ const FLOOR: f64 = 1e-300;
 pub const MOST: usize = 8;
 
 /// At least the exact value of a sum of fewer than a million nonnegative terms that was rounded to nearest.
+#[inline]
 pub fn raised(x: f64) -> f64 {
     x * (1.0 + 1e-9) + FLOOR
 }
@@ -81,11 +82,13 @@ impl Space {
         Space { variables, degree, exponents, upto, products }
     }
 
+    #[inline]
     pub fn size(&self) -> usize {
         self.exponents.len()
     }
 
     /// How many monomials have fewer than this degree.
+    #[inline]
     pub fn upto_degrees(&self, degrees: usize) -> usize {
         if degrees == 0 {
             0
@@ -95,8 +98,26 @@ impl Space {
     }
 
     /// The positions of the products of monomial `i` with the first monomials, as far as they are of the space.
+    #[inline]
     pub fn row(&self, i: usize) -> &[u32] {
         &self.products[i]
+    }
+
+    /// Add `weight` times the product of parts of two polynomials, the first of them few coefficients.
+    pub fn spread(&self, sum: &mut [f64], weight: f64, few: (Range<usize>, &[f64]), many: (Range<usize>, &[f64])) {
+        let others = &many.1[many.0.clone()];
+        for i in few.0 {
+            let factor = weight * few.1[i];
+            if factor == 0.0 {
+                continue;
+            }
+            if self.variables == 1 {
+                sum[i + many.0.start..].iter_mut().zip(others).for_each(|(s, c)| *s += factor * c);
+            } else {
+                let places = &self.products[i][many.0.clone()];
+                places.iter().zip(others).for_each(|(&at, c)| sum[at as usize] += factor * c);
+            }
+        }
     }
 
     /// The position of a monomial of the space, given by its exponents.

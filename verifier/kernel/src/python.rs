@@ -3,10 +3,11 @@
 use crate::condition::{Comparison, Condition};
 use crate::environment::guarded;
 use crate::fault::Fault as Why;
-use crate::flowpipe::{flowpipe as flow, record, End, Pipe, Settings};
+use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::hybrid::End as Ended;
 use crate::hybrid::{paced, reach as follow, Budget, Edge, Guard, Judgement, Mode, Start, Stretch, Taken, Until};
 use crate::interval::{Enclosure, Interval};
+use crate::kinematics;
 use crate::models::Model;
 use crate::ratio;
 use crate::series::{Op, Tape};
@@ -143,11 +144,13 @@ fn guard(given: &Comparisons) -> Result<Guard, Why> {
 
 /// An edge as Python gives it: target, urgent, guard, reset, choices, landing, claim.
 type EdgeListing = (usize, bool, Comparisons, Listing, usize, Listing, Words);
-/// A mode as Python gives it: field, watched quantities, domain, claim, window, edges.
-type ModeListing = (Listing, Listing, Comparisons, Words, Words, Vec<EdgeListing>);
+/// A stretch of time and what quantities lie in there.
+type PieceRow = (f64, f64, Option<Vec<Pair>>);
+/// A mode as Python gives it: field, watched quantities, domain, what else it says, claim, window, edges.
+type ModeListing = (Listing, Listing, Comparisons, Words, Words, Words, Vec<EdgeListing>);
 
 fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
-    let (field, watch, domain, claim, window, edges) = listing;
+    let (field, watch, domain, rest, claim, window, edges) = listing;
     let edge = |(target, is_urgent, guarded, reset, choices, landing, claim): &EdgeListing| -> Result<Edge, Why> {
         Ok(Edge {
             target: *target,
@@ -165,6 +168,7 @@ fn mode(listing: &ModeListing, variables: usize) -> Result<Mode, Why> {
         field,
         watch: tape(watch, variables)?,
         domain: guard(domain)?,
+        rest: condition(&mut rest.iter(), 0)?,
         claim: condition(&mut claim.iter(), 0)?,
         window: condition(&mut window.iter(), 0)?,
         edges: edges.iter().map(edge).collect::<Result<_, _>>()?,
@@ -181,10 +185,10 @@ fn judged(claim: &Judgement) -> Judged {
 
 /// A jump as Python gets it: edge, time, states before and after, claim.
 type JumpRow = (usize, Pair, Vec<Pair>, Vec<Pair>, Judged);
-/// A step as Python gets it: time, states, watched quantities, claim, whether it keeps the window.
-type StepRow = (Pair, Vec<Pair>, Vec<Pair>, Judged, bool);
-/// A stretch as Python gets it: parent, mode, jumps, certain, jump, steps, how it ended.
-type StretchRow = (Option<usize>, usize, usize, bool, Option<JumpRow>, Vec<StepRow>, String);
+/// A step as Python gets it: time, states, watched quantities, claim, whether it keeps the window, whether runs stay.
+type StepRow = (Pair, Vec<Pair>, Vec<Pair>, Judged, bool, bool);
+/// A stretch as Python gets it: parent, mode, jumps, certain, jump, steps, how it ended, the states at the horizon.
+type StretchRow = (Option<usize>, usize, usize, bool, Option<JumpRow>, Vec<StepRow>, String, Vec<Pair>);
 
 fn stretch_row(s: &Stretch) -> StretchRow {
     let jump = s
@@ -196,7 +200,7 @@ fn stretch_row(s: &Stretch) -> StretchRow {
         .iter()
         .map(|g| {
             let time = (g.time.low(), g.time.high());
-            (time, pairs(&g.states), pairs(&g.watched), judged(&g.claim), g.keeps_window)
+            (time, pairs(&g.states), pairs(&g.watched), judged(&g.claim), g.keeps_window, g.stays)
         })
         .collect();
     let end = match s.end {
@@ -210,7 +214,8 @@ fn stretch_row(s: &Stretch) -> StretchRow {
         Ended::Stretches => "the stretches allowed were used up".to_owned(),
         Ended::Stopped(why) => why.to_string(),
     };
-    (s.parent, s.mode, s.jumps, s.is_certain, jump, steps, end)
+    let last = s.last.as_deref().map(pairs).unwrap_or_default();
+    (s.parent, s.mode, s.jumps, s.is_certain, jump, steps, end, last)
 }
 
 /// A segment as Python gets it: where it starts, its length, the states, the watched quantities.
@@ -257,7 +262,7 @@ fn recorded(s: &Stretch) -> RecordedStretch {
     let wide = |e: &Vec<u8>| e.iter().map(|&p| usize::from(p)).collect();
     let coefficients = |series: &Vec<Model>| series.iter().map(|m| m.coefficients.clone()).collect();
     let row = |t: &Taken| (t.exponents.iter().map(wide).collect(), (t.h, t.series.iter().map(coefficients).collect()));
-    let (parent, mode, _, _, _, _, end) = stretch_row(s);
+    let (parent, mode, _, _, _, _, end, _) = stretch_row(s);
     (parent, mode, s.jump.as_ref().map(|j| j.edge), end, s.segments.iter().map(|g| row(&g.taken)).collect())
 }
 
@@ -337,29 +342,6 @@ mod _kernel {
         Ok((rows, end, pipe.last.as_deref().map(pairs).unwrap_or_default()))
     }
 
-    /// The polynomials of a flowpipe: the exponents of their monomials, and each step.
-    #[pyfunction]
-    fn flow_record(
-        py: Python<'_>,
-        field: Listing,
-        start: Vec<Pair>,
-        horizon: Pair,
-        order_degree_steps: (usize, usize, usize),
-        tolerance_first_longest_least: (f64, f64, f64, f64),
-    ) -> PyResult<(Vec<Vec<usize>>, Vec<RecordRow>)> {
-        let (order, degree, steps) = order_degree_steps;
-        let (tolerance, first_step, longest_step, least_step) = tolerance_first_longest_least;
-        let settings = Settings { order, degree, tolerance, first_step, longest_step, least_step, steps, depth: 0 };
-        let analysis = || {
-            let horizon = Interval::new(horizon.0, horizon.1)?;
-            record(&tape(&field, start.len())?, &intervals(&start)?, horizon, &settings)
-        };
-        let (exponents, found) = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
-        let coefficients = |series: Vec<Model>| series.into_iter().map(|m| m.coefficients).collect();
-        let rows = found.into_iter().map(|(h, x)| (h, x.into_iter().map(coefficients).collect())).collect();
-        Ok((exponents.into_iter().map(|e| e.into_iter().map(usize::from).collect()).collect(), rows))
-    }
-
     /// The tree of stretches that encloses all runs from a box in a mode; `until` is `horizon`, `met` or `violated`.
     #[pyfunction]
     #[allow(clippy::too_many_arguments)]
@@ -392,6 +374,29 @@ mod _kernel {
     ) -> PyResult<Vec<RecordedStretch>> {
         let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
         Ok(tree(py, &modes, &start, horizon, until, limits)?.iter().map(recorded).collect())
+    }
+
+    /// Quantities of a motion over stretches of time: ends, and what each quantity lies in, where it has an enclosure.
+    #[pyfunction]
+    fn along(
+        py: Python<'_>,
+        positions: Listing,
+        readout: Listing,
+        derivatives: usize,
+        time: Pair,
+        widths: Vec<f64>,
+        order_depth_stretches: (usize, u32, usize),
+    ) -> PyResult<Vec<PieceRow>> {
+        let (order, depth, stretches) = order_depth_stretches;
+        let analysis = || -> Result<Vec<kinematics::Piece>, Why> {
+            let positions = tape(&positions, 1)?;
+            let readout = tape(&readout, positions.outputs.len() * (derivatives + 1))?;
+            let motion = kinematics::Motion { positions, readout, derivatives };
+            let fineness = kinematics::Fineness { order, widths, depth, stretches };
+            Ok(kinematics::along(&motion, Interval::new(time.0, time.1)?, &fineness))
+        };
+        let pieces = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        Ok(pieces.into_iter().map(|p| (p.low, p.high, p.values.as_deref().map(pairs))).collect())
     }
 
     #[pyfunction]

@@ -26,6 +26,7 @@ enum Error {
 const SMALL: f64 = f64::from_bits((1023 - 960) << 52);
 
 /// A bound of the exact result, on the side asked for.
+#[inline]
 fn settle(rounded: f64, error: Error, towards: Towards) -> f64 {
     match (towards, error) {
         (Towards::Below, Error::Sign(sign)) if sign >= 0.0 => rounded,
@@ -36,6 +37,7 @@ fn settle(rounded: f64, error: Error, towards: Towards) -> f64 {
 }
 
 /// `a + b`. Knuth's TwoSum gives the error exactly, also under gradual underflow.
+#[inline]
 pub fn add(a: f64, b: f64, towards: Towards) -> f64 {
     let sum = a + b;
     let b_part = sum - a;
@@ -46,6 +48,7 @@ pub fn add(a: f64, b: f64, towards: Towards) -> f64 {
 
 /// `a * b`. The fused `a * b - product` is the error exactly, unless the product is small; nothing is rounded
 /// where a factor is zero or one.
+#[inline]
 pub fn mul(a: f64, b: f64, towards: Towards) -> f64 {
     let product = a * b;
     if [0.0, 1.0].contains(&a) || [0.0, 1.0].contains(&b) {
@@ -58,6 +61,7 @@ pub fn mul(a: f64, b: f64, towards: Towards) -> f64 {
 
 /// `a / b`. The remainder `a - quotient * b` is a float unless numbers are small or huge; its sign and that of `b`
 /// give the sign of the error.
+#[inline]
 pub fn div(a: f64, b: f64, towards: Towards) -> f64 {
     let quotient = a / b;
     if a == 0.0 {
@@ -70,6 +74,7 @@ pub fn div(a: f64, b: f64, towards: Towards) -> f64 {
 }
 
 /// The square root of `a >= 0`, never below zero.
+#[inline]
 pub fn sqrt(a: f64, towards: Towards) -> f64 {
     let root = a.sqrt();
     if a == 0.0 {

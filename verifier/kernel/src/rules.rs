@@ -5,6 +5,7 @@
 
 use crate::interval::Interval;
 use crate::series::{Function, Op, Tape};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What a coefficient is multiplied by.
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +26,6 @@ pub enum Rule {
         b: usize,
         sign: f64,
     },
-    Negative(usize),
     /// The sum of `a_i b_(k-i)`, without the first and the last `i` if told so; times `i` if weighted.
     Products {
         a: usize,
@@ -37,6 +37,11 @@ pub enum Rule {
     Scaled {
         a: usize,
         by: Factor,
+    },
+    /// A number times `a_k`.
+    Multiple {
+        a: usize,
+        by: Interval,
     },
     /// `a_k b_0`.
     Times {
@@ -61,9 +66,14 @@ impl Compiled {
     /// The rules of a tape over as many states as it has outputs, and the registers of those.
     pub fn of(tape: &Tape) -> (Compiled, Vec<usize>) {
         let mut compiled = Compiled { states: tape.outputs.len(), rules: Vec::new() };
-        let mut at = Vec::with_capacity(tape.ops.len());
+        let (mut at, mut numbers) = (Vec::with_capacity(tape.ops.len()), Vec::with_capacity(tape.ops.len()));
         for &op in &tape.ops {
-            at.push(compiled.add(op, &at));
+            let number = folded(op, &numbers);
+            at.push(match number {
+                Some(value) => compiled.push(Rule::Constant(value)),
+                None => compiled.multiple(op, &at, &numbers).unwrap_or_else(|| compiled.add(op, &at)),
+            });
+            numbers.push(number);
         }
         let rates = tape.outputs.iter().map(|&o| at[o]).collect();
         (compiled, rates)
@@ -79,6 +89,16 @@ impl Compiled {
         self.states + self.rules.len()
     }
 
+    /// The register of a product with a number, or a quotient by one.
+    fn multiple(&mut self, op: Op, at: &[usize], numbers: &[Option<Interval>]) -> Option<usize> {
+        let (a, by) = match op {
+            Op::Mul(a, b) => numbers[b].map(|by| (a, by)).or(numbers[a].map(|by| (b, by)))?,
+            Op::Div(a, b) => (a, Interval::exactly(1.0).ok()?.div(numbers[b]?).ok()?),
+            _ => return None,
+        };
+        Some(self.push(Rule::Multiple { a: at[a], by }))
+    }
+
     /// The register of an operation whose operands are in the registers `at`.
     fn add(&mut self, op: Op, at: &[usize]) -> usize {
         let all = |a: usize, b: usize| Rule::Products { a, b, first: 0, last: 0, weighted: false };
@@ -87,7 +107,7 @@ impl Compiled {
             Op::Variable(v) => v,
             Op::Add(a, b) => self.push(Rule::Combine { a: at[a], b: at[b], sign: 1.0 }),
             Op::Sub(a, b) => self.push(Rule::Combine { a: at[a], b: at[b], sign: -1.0 }),
-            Op::Neg(a) => self.push(Rule::Negative(at[a])),
+            Op::Neg(a) => self.push(Rule::Multiple { a: at[a], by: Interval::MINUS_ONE }),
             Op::Mul(a, b) => self.push(all(at[a], at[b])),
             Op::Div(a, b) => self.quotient(at[a], at[b]),
             Op::Sqrt(a) => self.root(at[a]),
@@ -143,6 +163,26 @@ impl Compiled {
     }
 }
 
+/// The value of an operation on numbers; `None` if an operand is none, or there is no value (that is found out later).
+fn folded(op: Op, numbers: &[Option<Interval>]) -> Option<Interval> {
+    let value = match op {
+        Op::Constant(value) => return Some(value),
+        Op::Variable(_) => return None,
+        Op::Add(a, b) => numbers[a]?.add(numbers[b]?),
+        Op::Sub(a, b) => numbers[a]?.sub(numbers[b]?),
+        Op::Mul(a, b) => numbers[a]?.mul(numbers[b]?),
+        Op::Div(a, b) => numbers[a]?.div(numbers[b]?),
+        Op::Neg(a) => numbers[a]?.neg(),
+        Op::Sqrt(a) => numbers[a]?.sqrt(),
+        Op::Exp(a) => numbers[a]?.exp(),
+        Op::Log(a) => numbers[a]?.log(),
+        // Whether both or none of a pair are numbers depends on the operand alone: sines always have a value.
+        Op::Sin(a) => numbers[a]?.sin(),
+        Op::Cos(a) => numbers[a]?.cos(),
+    };
+    value.ok()
+}
+
 /// For every register the states it depends on, one by one; with or without what states owe each other over time.
 pub fn dependence(compiled: &Compiled, rates: &[usize], over_time: bool) -> Vec<Vec<bool>> {
     let n = compiled.states;
@@ -152,7 +192,7 @@ pub fn dependence(compiled: &Compiled, rates: &[usize], over_time: bool) -> Vec<
         for (i, rule) in compiled.rules.iter().enumerate() {
             let from = match *rule {
                 Rule::Constant(_) => vec![],
-                Rule::Negative(a) | Rule::Scaled { a, .. } => vec![a],
+                Rule::Scaled { a, .. } | Rule::Multiple { a, .. } => vec![a],
                 Rule::Combine { a, b, .. } | Rule::Products { a, b, .. } | Rule::Times { a, b } => vec![a, b],
                 Rule::Start { of, then, .. } => then.map_or(vec![of], |(rest, _)| vec![of, rest]),
             };
@@ -170,5 +210,32 @@ pub fn dependence(compiled: &Compiled, rates: &[usize], over_time: bool) -> Vec<
 fn joined(known: &mut [Vec<bool>], to: usize, from: usize) {
     for v in 0..known[to].len() {
         known[to][v] |= known[from][v];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn operations_on_numbers_are_done_once_and_products_with_them_are_multiples() {
+        let number = |low, high| Op::Constant(Interval::new(low, high).expect("in order"));
+        let ops =
+            vec![number(1.0, 2.0), number(4.0, 4.0), Op::Div(0, 1), Op::Variable(0), Op::Mul(3, 2), Op::Div(4, 1)];
+        let tape = Tape::validated(ops, vec![5], 1).expect("operands come first");
+        let (compiled, rates) = Compiled::of(&tape);
+        assert_eq!(rates, [compiled.states + compiled.rules.len() - 1]);
+        let factors =
+            compiled.rules.iter().filter_map(|r| if let Rule::Multiple { by, .. } = r { Some(*by) } else { None });
+        let quarter = |low, high| Interval::new(low / 4.0, high / 4.0).expect("in order");
+        assert_eq!(factors.collect::<Vec<_>>(), [quarter(1.0, 2.0), quarter(1.0, 1.0)]);
+    }
+
+    #[test]
+    fn a_division_by_zero_is_left_for_later() {
+        let ops = vec![Op::Constant(Interval::ZERO), Op::Div(0, 0), Op::Variable(0), Op::Div(2, 0)];
+        let (compiled, _) = Compiled::of(&Tape::validated(ops, vec![3], 1).expect("operands come first"));
+        let starts = compiled.rules.iter().filter(|r| matches!(r, Rule::Start { f: Function::Reciprocal, .. }));
+        assert_eq!(starts.count(), 2);
     }
 }

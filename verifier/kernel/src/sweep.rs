@@ -84,8 +84,10 @@ impl Sweep {
     }
 
     /// Forget everything and start at these states.
+    ///
+    /// What places hold from before is never read: each is written anew before, or is never written and zero.
     pub fn restart(&mut self, at: &[Model]) -> Result<(), Fault> {
-        self.arena.clear();
+        self.arena.keep_all();
         (self.known, self.ruled, self.sloped) = (0, 0, 0);
         let one = self.space.number(1.0);
         for (v, model) in at.iter().enumerate() {
@@ -179,7 +181,7 @@ impl Sweep {
             Rule::Constant(value) if k == 0 => self.arena.set(place, &self.space.constant(value)),
             Rule::Constant(_) => Ok(()),
             Rule::Combine { a, b, sign } => self.arena.combine(place, self.at(a, k), self.at(b, k), sign),
-            Rule::Negative(a) => self.arena.scale(place, self.at(a, k), Interval::exactly(-1.0)?),
+            Rule::Multiple { a, by } => self.arena.scale(place, self.at(a, k), by),
             Rule::Scaled { a, by } => self.arena.scale(place, self.at(a, k), self.factor(by, k)?),
             Rule::Times { a, b } => self.arena.sum(place, &[(1.0, self.at(a, k), self.at(b, 0))]),
             Rule::Start { f, of, .. } if k == 0 => {
@@ -225,11 +227,14 @@ impl Sweep {
             Rule::Constant(_) => Ok(()),
             Rule::Combine { a, b, sign } => match (of(self, a, k), of(self, b, k)) {
                 (Some(x), Some(y)) => self.arena.combine(place, x, y, sign),
-                (Some(x), None) => self.arena.copy(place, x),
+                (Some(x), None) => {
+                    self.arena.signed(place, x, 1.0);
+                    Ok(())
+                }
                 (None, Some(y)) => self.arena.scale(place, y, Interval::exactly(sign)?),
                 (None, None) => Ok(()),
             },
-            Rule::Negative(a) => self.scaled(place, of(self, a, k), Interval::exactly(-1.0)?),
+            Rule::Multiple { a, by } => self.scaled(place, of(self, a, k), by),
             Rule::Scaled { a, by } => self.scaled(place, of(self, a, k), self.factor(by, k)?),
             Rule::Start { of: a, .. } if chain => {
                 let products: Vec<Product> = of(self, a, 0).map(|x| (1.0, x, self.spare)).into_iter().collect();
@@ -337,7 +342,8 @@ mod tests {
 
         fn tape(&mut self, states: usize) -> Tape {
             let mut ops: Vec<Op> = (0..states).map(Op::Variable).collect();
-            ops.push(Op::Constant(Interval::new(0.5, 0.75).expect("in order")));
+            // Narrow: operations on numbers alone are intervals here, Taylor models in the rings.
+            ops.push(Op::Constant(Interval::new(0.6, 0.6f64.next_up()).expect("in order")));
             for _ in 0..8 {
                 let (a, b, at) = (self.below(ops.len()), self.below(ops.len()), ops.len());
                 match self.below(9) {
@@ -360,9 +366,35 @@ mod tests {
     fn assert_same(a: &Model, b: &Model) {
         let distance: f64 = a.coefficients.iter().zip(&b.coefficients).map(|(x, y)| (x - y).abs()).sum();
         let size: f64 = a.coefficients.iter().map(|c| c.abs()).sum::<f64>() + a.radius;
-        assert!(distance <= 1e-12 * size + 1e-15, "{distance} {size}");
+        assert!(distance <= 1e-12 * size + 1e-11, "{distance} {size}");
         assert!(distance <= a.radius + b.radius, "{distance} {} {}", a.radius, b.radius);
-        assert!((a.radius - b.radius).abs() <= 1e-6 * a.radius + 1e-13, "{} {}", a.radius, b.radius);
+        assert!((a.radius - b.radius).abs() <= 1e-6 * a.radius + 1e-11, "{} {}", a.radius, b.radius);
+    }
+
+    #[test]
+    fn what_was_there_before_is_forgotten() {
+        let (mut numbers, mut compared) = (Numbers(5), 0);
+        let space = Arc::new(Space::new(2, 3));
+        for _ in 0..40 {
+            let tape = numbers.tape(2);
+            let wide = [space.variable(0, 0.4, 0.05), space.variable(1, 0.3, 0.05)];
+            let narrow = [space.number(0.35), space.variable(0, 0.3, 0.01)];
+            let mut used = Sweep::new(&space, &tape, 4, Some(3));
+            let mut fresh = Sweep::new(&space, &tape, 4, Some(3));
+            if used.restart(&wide).and_then(|()| used.extend_slopes(3)).is_err() {
+                continue;
+            }
+            for sweep in [&mut used, &mut fresh] {
+                sweep.restart(&narrow).and_then(|()| sweep.extend_slopes(3)).expect("inside what was computed before");
+            }
+            compared += 1;
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                assert_eq!(used.series(i, 4), fresh.series(i, 4));
+                assert_eq!(used.slope_of(i, j, 3), fresh.slope_of(i, j, 3));
+                assert_eq!(used.rate_slope(i, j), fresh.rate_slope(i, j));
+            }
+        }
+        assert!(compared > 10, "{compared}");
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub(crate) struct Walk<'a> {
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
 pub(crate) enum Clock<'a> {
     Same(f64),
-    Until(&'a Model),
+    Until(&'a Event<'a>),
 }
 
 /// The crossing of zero by a watched quantity, at an instant that depends on the set.
@@ -172,13 +172,23 @@ impl Walk<'_> {
     pub(crate) fn states(&self, step: &Step, clock: &Clock, from: f64, to: f64) -> Result<Vec<Model>, Fault> {
         let mut states = match clock {
             Clock::Same(h) => self.flow.states(step, Interval::new(from * h, (to * h).min(step.h))?)?,
-            Clock::Until(instant) => {
+            Clock::Until(event) => {
                 let share = Interval::new(from, to)?;
-                self.flow.states_at(step, &self.flow.space.scale(instant, share)?)?
+                self.flow.states_at(step, &self.flow.space.scale(event.instant, share)?)?
             }
         };
         states.truncate(self.mode.field.outputs.len());
         Ok(states)
+    }
+
+    /// The quantities watched in states up to a clock: what makes a crossing has not made it before.
+    pub(crate) fn watched_until(&self, states: &[Model], clock: &Clock) -> Result<Option<Vec<Interval>>, Fault> {
+        let mut watched = self.watched(states)?;
+        if let Clock::Until(event) = clock {
+            let Some(side) = before(event.is_rising).keep(watched[event.quantity]) else { return Ok(None) };
+            watched[event.quantity] = side;
+        }
+        Ok(Some(watched))
     }
 
     pub(crate) fn watched(&self, states: &[Model]) -> Result<Vec<Interval>, Fault> {
@@ -319,7 +329,7 @@ impl Walk<'_> {
         (from, to): (f64, f64),
         depth: u32,
     ) -> Result<bool, Fault> {
-        let watched = self.watched(&self.states(step, &Clock::Until(event.instant), from, to)?)?;
+        let watched = self.watched(&self.states(step, &Clock::Until(event), from, to)?)?;
         let until = (self.flow.space.range(event.instant)?.high() * to).next_up().min(step.h);
         let holds = |&(at, comparison): &(usize, Comparison)| {
             at == event.quantity
@@ -354,7 +364,7 @@ impl Walk<'_> {
         (from, to): (f64, f64),
         depth: u32,
     ) -> Result<Option<(f64, f64)>, Fault> {
-        let watched = self.watched(&self.states(step, &Clock::Until(event.instant), from, to)?)?;
+        let watched = self.watched(&self.states(step, &Clock::Until(event), from, to)?)?;
         let Some(known) = self.on_the_way(&watched, event) else { return Ok(None) };
         match all(&self.mode.edges[edge].guard, &known) {
             Some(false) => return Ok(None),
@@ -372,7 +382,7 @@ impl Walk<'_> {
 
     /// The states on a part of the way to a crossing.
     pub(crate) fn states_before(&self, step: &Step, event: &Event, part: (f64, f64)) -> Result<Set, Fault> {
-        let models = self.states(step, &Clock::Until(event.instant), part.0, part.1)?;
+        let models = self.states(step, &Clock::Until(event), part.0, part.1)?;
         Ok(Set { space: self.flow.space.clone(), models })
     }
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from haverify.analyses.flow_model import Atom, Condition, Every, Some, condition
-from haverify.analyses.hybrid.model import HybridModel, Judged, landing_condition
+from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, condition
+from haverify.analyses.hybrid.listing import Judged, landing_condition
+from haverify.analyses.hybrid.model import HybridModel
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr, nodes
 from haverify.obligations.residual import Situation, residual
@@ -113,8 +114,13 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
     dwelling = []
     for mode, known in zip(model.modes, model.definitions, strict=True):
         dwelling.append(timed(condition(residual(asked.condition, Situation(mode.name)), known, is_denied)))
-    landing = [timed(landing_condition(model, e, asked.condition, is_denied)) for e in model.automaton.edges]
-    return Judged(tuple(dwelling), tuple(landing), Every(tuple(_window(model))))
+    names = {m.name for m in model.modes}
+    landing = {
+        k: timed(landing_condition(model, e, asked.condition, is_denied))
+        for k, e in enumerate(model.automaton.edges)
+        if e.source in names
+    }
+    return Judged(tuple(dwelling), landing, Every(tuple(_window(model))))
 
 
 def _window(model: HybridModel) -> Iterator[Condition]:

@@ -1,36 +1,21 @@
-"""An automaton with flows and jumps, as the kernel follows it: tapes, guards, conditions by mode."""
+"""An automaton with flows and jumps as the flowpipe analyses see it: the names of its state, its modes, its starts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from haverify.analyses.flow_model import (
-    Atom,
-    Box,
-    Condition,
-    Every,
-    condition,
-    definitions,
-    rate,
-    start_box,
-)
-from haverify.model.expression import Expr, nodes, rebuild
-from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
+from haverify.analyses.hybrid.starts import Box, NoStartError, start_box
+from haverify.model.expression import Expr, nodes
+from haverify.model.hybrid import HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.solvers.kernel import EdgeListing, Listing, ModeListing, Tape, Words
 from haverify.text.record import field, holder, record
 
 Q = Fraction
-
-ZERO, ONE = Expr("num", (Q(0),)), Expr("num", (Q(1),))
-CLOSED = {"<": "<=", ">": ">=", "<=": "<=", ">=": ">=", "==": "=="}
-BEFORE = "before the jump: "
-CHOICE = "choice: "
-MOST_CASES = 16
+Definitions = dict[tuple[str, str], Expr]
 
 
 @record
@@ -44,25 +29,31 @@ class Start:
 
 @holder
 class HybridModel:
-    """The automaton with the names of its state: variables, params that are read, `time`."""
+    """The automaton with the names of its state: variables, params that are read, `time`.
+
+    `modes` are those that edges lead to from a start, in the order in which the kernel numbers them.
+    """
 
     spec: Spec
     automaton: HybridAutomaton
     values: Values
+    modes: tuple[Mode, ...]
     names: tuple[str, ...]
     starts: tuple[Start, ...]
-    definitions: tuple[dict[tuple[str, str], Expr], ...]
+    # For each mode, what lets and constants stand for.
+    definitions: tuple[Definitions, ...]
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
     edges: list[list[int]] = field(default_factory=list)
-
-    @property
-    def modes(self) -> tuple[Mode, ...]:
-        """The automaton's modes, in the order in which the kernel numbers them."""
-        return self.automaton.modes
 
     def mode(self, name: str) -> int:
         """The number of a mode."""
         return next(i for i, m in enumerate(self.modes) if m.name == name)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether any edge leaves a mode."""
+        names = {m.name for m in self.modes}
+        return any(e.source in names for e in self.automaton.edges)
 
 
 def hybrid_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) -> HybridModel:
@@ -79,238 +70,81 @@ def hybrid_model(spec: Spec, automaton: HybridAutomaton, asked: Sequence[Expr]) 
     if any(v.type != "real" for v in automaton.vars):
         raise OutsideFragmentError("discrete variables beside a flow that is not clock-driven")
     values = values_of(spec, automaton)
-    known = tuple(definitions(automaton, m, values) for m in automaton.modes)
-    read = _read(automaton, known, asked)
+    modes = tuple(_reachable(automaton))
+    known = tuple(_definitions(automaton, m, values) for m in modes)
+    read = _read(automaton, modes, known, asked)
     params = [p for p in params_of(spec, automaton) if p.name in read]
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), "time")
     unknown = (*(values.interval(p.range) for p in params), (Q(0), Q(0)))
-    starts = tuple(_starts(automaton, values, unknown))
-    return HybridModel(spec, automaton, values, names, starts, known)
+    return HybridModel(spec, automaton, values, modes, names, _starts(automaton, modes, values, unknown), known)
 
 
-def _starts(automaton: HybridAutomaton, values: Values, unknown: Box) -> Iterable[Start]:
+def _reachable(automaton: HybridAutomaton) -> Iterator[Mode]:
+    """The modes that edges lead to from a start."""
+    found = {i.mode for i in automaton.init}
+    found |= {m.name for m in automaton.modes} if None in found else set()
+    for _ in automaton.modes:
+        found |= {e.target for e in automaton.edges if e.source in found}
+    return (m for m in automaton.modes if m.name in found)
+
+
+def _starts(automaton: HybridAutomaton, modes: Sequence[Mode], values: Values, unknown: Box) -> tuple[Start, ...]:
+    """The starts of all init lines, those left out that contradict themselves.
+
+    Raises
+    ------
+    OutsideFragmentError    if there are no others
+    """
+    found, nowhere = list[Start](), None
     for init in automaton.init:
-        for number, mode in enumerate(automaton.modes):
+        for number, mode in enumerate(modes):
             if init.mode in (mode.name, None):
-                bounded, more = start_box(automaton, mode, init, values)
-                yield Start(number, (*bounded, *unknown), tuple(more))
+                try:
+                    bounded, more = start_box(automaton, mode, init, values)
+                except NoStartError as e:
+                    nowhere = e
+                    continue
+                found.append(Start(number, (*bounded, *unknown), tuple(more)))
+    if nowhere is not None and not found:
+        raise nowhere
+    return tuple(found)
+
+
+def rate(mode: Mode, name: str) -> Expr:
+    """The right side of a variable's flow in a mode."""
+    found = next(line.rate for line in mode.flow if line.var == name)
+    if isinstance(found, Range):
+        raise OutsideFragmentError("differential inclusions: flowpipes of this version follow single fields")
+    return found
+
+
+def _definitions(automaton: HybridAutomaton, mode: Mode, values: Values) -> Definitions:
+    """What lets and constants stand for in a mode."""
+    found = {("let", o.name): residual(o.expr, Situation(mode.name)) for o in (*automaton.lets, *mode.lets)}
+    constants = {("const", n): c.value for n, c in values.constants.items() if isinstance(c.value, Expr)}
+    return {**found, **constants}
 
 
 def _read(
-    automaton: HybridAutomaton, known: Sequence[dict[tuple[str, str], Expr]], asked: Sequence[Expr]
+    automaton: HybridAutomaton, modes: Sequence[Mode], known: Sequence[Definitions], asked: Sequence[Expr]
 ) -> frozenset[str]:
     """The params that the automaton or a condition reads, directly or through lets and constants."""
-    waiting = [*asked, *(i.where for i in automaton.init), *(m.domain for m in automaton.modes)]
-    waiting += [e.guard for e in automaton.edges]
-    waiting += [e for m in automaton.modes for line in m.flow for e in _ends(line.rate)]
-    waiting += [e for o in automaton.edges for a in o.resets for e in _ends(a.to)]
+    names = {m.name for m in modes}
+    edges = [e for e in automaton.edges if e.source in names]
+    waiting = [*asked, *(i.where for i in automaton.init), *(m.domain for m in modes), *(e.guard for e in edges)]
+    waiting += [e for m in modes for line in m.flow for e in _ends(line.rate)]
+    waiting += [e for o in edges for a in o.resets for e in _ends(a.to)]
     waiting += [e for i in automaton.init for a in i.assigns for e in _ends(a.to)]
-    waiting += [e for of in known for e in of.values()]
-    return frozenset(n.name for e in waiting for n in nodes(e) if n.op == "param")
+    found, seen = set[str](), set[tuple[str, str]]()
+    while waiting:
+        for n in nodes(waiting.pop()):
+            if n.op == "param":
+                found.add(n.name)
+            elif n.op in ("let", "const") and (n.op, n.name) not in seen:
+                seen.add((n.op, n.name))
+                waiting += [of[n.op, n.name] for of in known if (n.op, n.name) in of]
+    return frozenset(found)
 
 
 def _ends(to: Expr | Range) -> tuple[Expr, ...]:
     return (to.low, to.high) if isinstance(to, Range) else (to,)
-
-
-@holder
-class Watched:
-    """The quantities that one mode watches, each once, and conditions as words on their positions."""
-
-    tape: Tape
-    outputs: list[int] = field(default_factory=list)
-    positions: dict[int, int] = field(default_factory=dict)
-
-    def position(self, quantity: Expr) -> int:
-        """The position of a quantity among the outputs."""
-        register = self.tape.add(quantity)
-        if register not in self.positions:
-            self.positions[register] = len(self.outputs)
-            self.outputs.append(register)
-        return self.positions[register]
-
-    def words(self, c: Condition) -> Words:
-        """A condition as the kernel reads it."""
-        if isinstance(c, bool):
-            return [("true" if c else "false", 0)]
-        if isinstance(c, Atom):
-            return [(c.op, self.position(c.quantity))]
-        found: Words = [("all" if isinstance(c, Every) else "any", len(c.members))]
-        for member in c.members:
-            found += self.words(member)
-        return found
-
-    def listing(self) -> Listing:
-        """The tape of the quantities."""
-        return self.tape.listing(self.outputs)
-
-
-@record
-class Judged:
-    """What is judged: a condition while dwelling in a mode, and one right after each edge."""
-
-    dwelling: tuple[Condition, ...]
-    landing: tuple[Condition, ...]
-    window: Condition
-
-
-def listings(
-    model: HybridModel, judged: Judged, compared: list[list[tuple[Expr, str, int]]] | None = None
-) -> list[ModeListing]:
-    """The automaton as the kernel takes it, with what is to be judged.
-
-    `compared` is filled with the comparisons of each mode's claim and the window, and where their quantities are.
-
-    Raises
-    ------
-    OutsideFragmentError    naming the construct that is in the way
-    """
-    model.edges[:] = [[] for _ in model.modes]
-    found = [] if compared is None else compared
-    return [_mode(model, number, judged, found) for number in range(len(model.modes))]
-
-
-def _numbers(names: Sequence[str]) -> dict[str, int]:
-    return {n: i for i, n in enumerate(names)}
-
-
-def _mode(model: HybridModel, number: int, judged: Judged, compared: list[list[tuple[Expr, str, int]]]) -> ModeListing:
-    mode, known = model.modes[number], model.definitions[number]
-    variables = _numbers(model.names)
-    flow = Tape(variables, known)
-    rates = {v.name: rate(mode, v.name) for v in model.automaton.vars}
-    field = [flow.add(residual(rates[n], Situation(mode.name)) if n in rates else ZERO) for n in model.names[:-1]]
-    field.append(flow.add(ONE))
-    watched = Watched(Tape(variables, known))
-    domain = _closed(condition(residual(mode.domain, Situation(mode.name)), known))
-    guard = [(watched.position(a.quantity), CLOSED[a.op]) for a in domain if a.op != "!="]
-    claim, window = watched.words(judged.dwelling[number]), watched.words(judged.window)
-    claimed = [*_atoms(judged.dwelling[number]), *_atoms(judged.window)]
-    compared.append([(a.quantity, a.op, watched.position(a.quantity)) for a in claimed])
-    edges = []
-    for index, edge in enumerate(model.automaton.edges):
-        if edge.source == mode.name:
-            for case in _cases(condition(residual(edge.guard, Situation(mode.name)), known)):
-                edges.append(_edge(model, number, edge, case, domain, judged.landing[index], watched))
-                model.edges[number].append(index)
-    return flow.listing(field), watched.listing(), guard, claim, window, edges
-
-
-def _atoms(c: Condition) -> Iterable[Atom]:
-    if isinstance(c, Atom):
-        yield c
-    elif not isinstance(c, bool):
-        for member in c.members:
-            yield from _atoms(member)
-
-
-def _closed(c: Condition) -> list[Atom]:
-    """The comparisons of a domain.
-
-    Raises
-    ------
-    OutsideFragmentError    if it is a disjunction
-    """
-    if c is True:
-        return []
-    if isinstance(c, Atom):
-        return [c]
-    if isinstance(c, Every):
-        return [a for m in c.members for a in _closed(m)]
-    raise OutsideFragmentError("a domain that is a disjunction, beside a flow that is not clock-driven")
-
-
-def _cases(c: Condition) -> list[list[Atom]]:
-    """A guard as conjunctions of which one at least holds."""
-    if isinstance(c, bool):
-        return [[]] if c else []
-    if isinstance(c, Atom):
-        return [[c]]
-    if isinstance(c, Every):
-        found: list[list[Atom]] = [[]]
-        for member in c.members:
-            found = [[*a, *b] for a in found for b in _cases(member)]
-    else:
-        found = [case for m in c.members for case in _cases(m)]
-    if len(found) > MOST_CASES:
-        raise OutsideFragmentError("a guard with too many cases")
-    return found
-
-
-def _edge(
-    model: HybridModel,
-    source: int,
-    edge: Edge,
-    case: Sequence[Atom],
-    domain: Sequence[Atom],
-    claim: Condition,
-    watched: Watched,
-) -> EdgeListing:
-    guard = [(watched.position(a.quantity), a.op) for a in case]
-    reset, choices = _reset(model, source, edge, _pinned(model, [*case, *domain]))
-    target = model.mode(edge.target)
-    after = (*model.names, *(BEFORE + n for n in model.names))
-    landing = Watched(Tape(_numbers(after), model.definitions[target]))
-    words = landing.words(claim)
-    return target, edge.urgent, guard, reset, choices, landing.listing(), words
-
-
-def _pinned(model: HybridModel, atoms: Sequence[Atom]) -> dict[str, Expr]:
-    """Variables whose value at a jump is known exactly: the domain and the guard leave one number to them."""
-    signs: dict[Expr, set[str]] = {}
-    for a in atoms:
-        signs.setdefault(a.quantity, set()).add(CLOSED.get(a.op, a.op))
-    found = {}
-    for quantity, ops in signs.items():
-        if "==" in ops or {"<=", ">="} <= ops:
-            left, right = quantity.children if quantity.op == "-" and len(quantity.children) == 2 else (quantity, ZERO)
-            if left.op == "var" and all(n.op in ("num", "const", "param", "+", "-", "*") for n in nodes(right)):
-                found[left.name] = right
-    return found
-
-
-def _reset(model: HybridModel, source: int, edge: Edge, pinned: dict[str, Expr]) -> tuple[Listing, int]:
-    """The state after a jump from the state before it and choices, each from -1 to 1."""
-    chosen = [a.var for a in edge.resets if isinstance(a.to, Range)]
-    names = (*model.names, *(CHOICE + n for n in chosen))
-    tape = Tape(_numbers(names), model.definitions[source])
-    wanted = {v: Expr("var", (v,)) for v in model.names[:-1]}
-    for a in edge.resets:
-        wanted[a.var] = _chosen(model, a.var, a.to) if isinstance(a.to, Range) else a.to
-    at = Situation(model.modes[source].name)
-    outputs = [tape.add(_substituted(residual(wanted[v], at), pinned)) for v in model.names[:-1]]
-    outputs.append(tape.add(Expr("time")))
-    return tape.listing(outputs), len(chosen)
-
-
-def _chosen(model: HybridModel, variable: str, to: Range) -> Expr:
-    """A value of a range, as an expression of a choice."""
-    low, high = model.values.interval(to)
-    if low > high:
-        raise OutsideFragmentError(f"`{variable}` is set to a value between {low} and {high}, of which there is none")
-    half = Expr("num", ((high - low) / 2,))
-    return Expr("+", (Expr("num", ((low + high) / 2,)), Expr("*", (half, Expr("var", (CHOICE + variable,))))))
-
-
-def _substituted(e: Expr, pinned: dict[str, Expr]) -> Expr:
-    if e.op == "var" and e.name in pinned:
-        return pinned[e.name]
-    return rebuild(e, lambda c: _substituted(c, pinned))
-
-
-def landing_condition(model: HybridModel, edge: Edge, e: Expr, is_denied: bool = False) -> Condition:
-    """A condition at the instant after a jump: `pre` reads the state before it."""
-    at = Situation(edge.target, edge.source, edge.name)
-    source, target = model.definitions[model.mode(edge.source)], model.definitions[model.mode(edge.target)]
-    return condition(_split(residual(e, at), source, is_before=False), target, is_denied)
-
-
-def _split(e: Expr, source: dict[tuple[str, str], Expr], is_before: bool) -> Expr:
-    """`pre(e)` as `e` of variables of their own, lets written out as the source mode defines them."""
-    if e.op == "pre":
-        return _split(e.children[0], source, is_before=True)
-    if is_before and e.op in ("var", "time"):
-        return Expr("var", (BEFORE + (e.name if e.op == "var" else "time"),), e.unit, e.span)
-    if is_before and e.op == "let":
-        return _split(source[e.op, e.name], source, is_before=True)
-    return rebuild(e, lambda c: _split(c, source, is_before))

@@ -2,119 +2,152 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from itertools import takewhile
 from math import floor
 
-from haverify.analyses.flow_model import Box
-from haverify.analyses.hybrid.question import Question, follow
-from haverify.evidence.verdict import Margin, Unknown
-from haverify.model.expression import nodes
-from haverify.solvers.kernel import Stretch
+from haverify.analyses.hybrid.options import cuts
+from haverify.analyses.hybrid.question import Piece, Question, follow
+from haverify.analyses.hybrid.starts import cut, halves, is_point
+from haverify.evidence.verdict import Unknown
+from haverify.solvers.kernel import Stage, Stretch
+from haverify.text.record import record, replace
 
 Q = Fraction
-PIECES = 128  # boxes looked at for one claim, at most
-STRETCHES = 1500  # of all their trees together
+PIECES = 512  # boxes looked at for one claim, at most
+WORK = 24_000  # steps of all their trees together; one in more than `FEW` variables counts as several
+FEW = 4
+DEEPEST = 24  # how often a box is halved, at most
+LEAST = 16  # steps that a stretch between jumps counts for, at least
 
 
-def proved_by(question: Question) -> list[list[Stretch]] | None:
-    """Trees from pieces that cover all starts and show the goal; None if too many are needed."""
-    waiting = [(s, s.box) for s in question.model.starts]
-    until = "met" if question.asked.kind == "reach" else "horizon"
-    found: list[tuple[Box, list[Stretch]]] = []
-    stretches = 0
-    while waiting:
-        start, box = waiting.pop()
-        if question.pieces >= PIECES or stretches >= STRETCHES:
-            return None
-        question.pieces += 1
-        tree = follow(question, start, box, until)
-        stretches += len(tree)
-        question.shown = question.shown or [(box, tree)]
-        trouble = next((s for s in tree if not _shows(question, s)), None)
-        if trouble is None:
-            found.append((box, tree))
-            continue
-        _note(question, trouble)
-        halves = halved(box)
-        if halves is None or (trouble.end == "jumps" and not question.asked.last_jump):
-            return None
-        waiting += [(start, half) for half in halves]
+@record
+class Failed:
+    """A piece that does not show the goal: up to when it does, and what is in the way."""
+
+    piece: Piece
+    reached: float
+    trouble: str
+    is_hopeless: bool
+
+
+def proved_by(question: Question) -> list[Piece] | None:
+    """Trees from pieces that cover all starts and show the goal; None if too many are needed.
+
+    What fails for whole boxes of starts is tried once more with finer steps before they are cut, those first of which
+    the least is shown.
+    """
+    boxes = [Piece(s, b) for s in question.model.starts for b in cut(s.box, cuts(question.claim))]
+    found, failed = _tried(question, boxes)
+    if failed and _is_worth_it(question, failed):
+        more, less = _tried(question, [replace(f.piece, is_finer=True) for f in failed if not f.trouble])
+        found, failed = found + more, [f for f in failed if f.trouble] + less
+    while failed and _is_worth_it(question, failed):
+        worst = min(range(len(failed)), key=lambda i: failed[i].reached)
+        piece = failed.pop(worst).piece
+        more, less = _tried(question, [Piece(piece.start, b, cuts=piece.cuts + 1) for b in halves(piece.box)[1:]])
+        found, failed = found + more, failed + less
+    if failed:
+        _note(question, failed)
+        return None
     question.shown = found
-    return [tree for _, tree in found]
+    return found
+
+
+def _is_worth_it(question: Question, failed: Iterable[Failed]) -> bool:
+    """Whether to go on: there is work left, and smaller sets may help."""
+    is_over = question.pieces >= PIECES or question.work >= WORK * question.budget
+    return not is_over and not any(f.is_hopeless or f.piece.cuts >= DEEPEST or is_point(f.piece.box) for f in failed)
+
+
+def _tried(question: Question, pieces: Iterable[Piece]) -> tuple[list[Piece], list[Failed]]:
+    """The pieces of which the goal is shown, and the others, all followed."""
+    found, failed = list[Piece](), list[Failed]()
+    for wanted in pieces:
+        piece = _followed(question, wanted)
+        trouble = [s for s in piece.tree if not _shows(question, s)]
+        if trouble:
+            failed.append(_failed(question, piece, trouble))
+        else:
+            found.append(piece)
+    return found, failed
+
+
+def _followed(question: Question, wanted: Piece) -> Piece:
+    until = "met" if question.asked.kind == "reach" else "horizon"
+    piece = replace(wanted, tree=follow(question, wanted.start, wanted.box, until, wanted.is_finer))
+    least = LEAST if question.model.jumps else 1
+    steps = sum(max(least, len(s.stages)) for s in piece.tree)
+    question.pieces += 1
+    question.work += steps * max(Q(1), Q(len(piece.box) - 1, FEW) ** 2)
+    question.shown = question.shown or [piece]
+    return piece
 
 
 def _shows(question: Question, s: Stretch) -> bool:
     """Whether a stretch leaves nothing open that its successors do not settle."""
     if question.asked.kind == "reach":
-        return _is_met(s) or (s.end in ("jumped", "cut") and all(g.keeps_window for g in s.stages))
-    held = all(g.claim.holds and g.keeps_window for g in s.stages) and (s.jump is None or s.jump.claim.holds)
+        return _is_met(s) or (s.end in ("jumped", "cut") and all(map(_is_followed, s.stages)))
+    held = all(map(_is_held, s.stages)) and (s.jump is None or s.jump.claim.holds)
     last = "jumps" if question.asked.last_jump else "horizon"
+    if question.asked.to_the_end and not all(g.stays for g in s.stages):
+        return False
     return held and (s.end in (last, "jumped", "cut") or (s.end == "left" and not question.asked.to_the_end))
 
 
+def _is_held(g: Stage) -> bool:
+    return g.claim.holds and g.keeps_window
+
+
+def _is_followed(g: Stage) -> bool:
+    """Whether no run leaves the declared ranges (LANGUAGE S4) or is stuck."""
+    return g.keeps_window and g.stays
+
+
 def _is_met(s: Stretch) -> bool:
-    """Whether all runs in the stretch meet the goal before they may leave the declared ranges (LANGUAGE S4)."""
-    followed = takewhile(lambda g: g.keeps_window, s.stages)
+    """Whether all runs in the stretch meet the goal before they may leave the declared ranges or be stuck."""
+    followed = takewhile(_is_followed, s.stages)
     return (s.jump is not None and s.jump.claim.met is not None) or any(g.claim.met is not None for g in followed)
 
 
-def _note(question: Question, s: Stretch) -> None:
-    """How far it was shown, and what was in the way."""
-    open_at = next((g for g in s.stages if not (g.claim.holds and g.keeps_window)), None)
-    last = open_at or (s.stages[-1] if s.stages else None)
-    question.reached = max(last.time[0] if last is not None else s.jump.time[0] if s.jump is not None else 0.0, 0.0)
+def _failed(question: Question, piece: Piece, open_ones: Iterable[Stretch]) -> Failed:
+    """The first instant up to which it is not shown, and why."""
+    found = [_open(question, piece.tree, s) for s in open_ones]
+    return Failed(piece, *min(found, key=lambda f: f[0]))
+
+
+def _open(question: Question, tree: Sequence[Stretch], s: Stretch) -> tuple[float, str, bool]:
+    open_at = next((g for g in s.stages if not _is_held(g)), None)
+    reached = max(open_at.time[0] if open_at is not None else _end(tree, s), 0.0)
     if s.end == "jumps" and not question.asked.last_jump:
-        question.trouble = f"a run may jump more than {question.asked.jumps} times"
-    elif s.end not in ("horizon", "jumped", "cut", "left"):
-        question.trouble = s.end
-    elif open_at is not None and not open_at.keeps_window:
-        question.trouble = "a run may leave the declared ranges"
+        return reached, f"a run may jump more than {question.asked.jumps} times", True
+    if s.end not in ("horizon", "jumped", "jumps", "cut", "left"):
+        return reached, s.end, False
+    is_out = open_at is not None and not open_at.keeps_window
+    return reached, "a run may leave the declared ranges" if is_out else "", False
 
 
-def halved(box: Box) -> list[Box] | None:
-    """The box cut in two across its widest side; None if it is a point."""
-    widths = [high - low for low, high in box]
-    v = max(range(len(box)), key=lambda i: widths[i] / (1 + abs(box[i][0] + box[i][1]) / 2))
-    if widths[v] == 0:
-        return None
-    low, high = box[v]
-    middle = (low + high) / 2
-    return [(*box[:v], (middle, high), *box[v + 1 :]), (*box[:v], (low, middle), *box[v + 1 :])]
+def _end(tree: Sequence[Stretch], s: Stretch) -> float:
+    """The instant up to which a stretch was followed, at least."""
+    if s.stages:
+        return s.stages[-1].time[0]
+    if s.jump is not None:
+        return s.jump.time[0]
+    return 0.0 if s.parent is None else _end(tree, tree[s.parent])
+
+
+def _note(question: Question, failed: Iterable[Failed]) -> None:
+    """How far it is shown of all starts, and what is in the way of the first."""
+    first = min(failed, key=lambda f: f.reached)
+    question.reached, question.trouble = first.reached, first.trouble
 
 
 def undecided(question: Question) -> Unknown:
-    at = question.reached
+    """What is said where nothing decides."""
+    at = None if question.asked.kind == "reach" else question.reached
     reached = "" if at is None else f"shown up to t = {floor(at * 10**6) / 10**6:.6f} s"
     why = f" ({question.trouble})" if question.trouble else ""
-    reason = f"{question.pieces} sets of starts did not show it{why}, and no run that decides it was found"
+    count = f"{question.pieces} flowpipes" if question.pieces > 1 else "a flowpipe"
+    reason = f"{count} did not show it{why}, and no run that decides it was found"
     return Unknown("budget", reason, reached, next_step="a smaller initial set or a shorter horizon")
-
-
-def margin(question: Question, proof: Sequence[Sequence[Stretch]]) -> Margin | None:
-    """For one bound in all modes: at least how far all enclosures stay from it."""
-    asked = question.asked.condition
-    if question.asked.kind != "always" or asked.op not in ("<", "<=", ">", ">=") or question.asked.first > 0:
-        return None
-    unit = asked.children[0].unit
-    if unit is None or any(n.op in ("abs", "jump", "jumped", "pre", "at") for n in nodes(asked)):
-        return None
-    claimed = [next(iter(atoms), None) for atoms in question.compared]
-    bounds = {(c[0], c[1]) for c in claimed if c is not None}
-    if None in claimed or len(bounds) != 1 or _is_bare(proof):
-        return None
-    ((_, op),) = bounds
-    sign = 1 if op in (">", ">=") else -1
-    places = [c[2] for c in claimed if c is not None]
-    stages = [(g, places[s.mode]) for tree in proof for s in tree for g in s.stages if g.time[0] <= question.asked.last]
-    ends = [(Q(g.watched[place][0 if sign > 0 else 1]) * sign, g.time[0]) for g, place in stages if g.watched]
-    if not ends:
-        return None
-    low, at = min(ends)
-    return Margin(low, low, str(unit), f"t = {max(at, 0.0):.6g} s")
-
-
-def _is_bare(proof: Sequence[Sequence[Stretch]]) -> bool:
-    """Whether some landing is in no stage, so that how far it stays from the bound is not known."""
-    return any(s.jump is not None and not s.stages and s.end != "cut" for tree in proof for s in tree)

@@ -5,30 +5,55 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
-from haverify.analyses.flow_model import Box
-from haverify.analyses.flow_record import sides
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
-from haverify.analyses.hybrid.model import HybridModel, Start, listings
-from haverify.analyses.taylor_options import tuned
+from haverify.analyses.hybrid.listing import listings
+from haverify.analyses.hybrid.model import HybridModel, Start
+from haverify.analyses.hybrid.options import tuned
+from haverify.analyses.hybrid.starts import Box
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
-from haverify.solvers.kernel import Budget, ModeListing, Pair, RecordedStretch, Settings, Stretch, reach, reach_record
-from haverify.text.record import field, holder
+from haverify.solvers.kernel import (
+    Budget,
+    ModeListing,
+    Pair,
+    RecordedStretch,
+    Settings,
+    Stretch,
+    enclosed,
+    reach,
+    reach_record,
+)
+from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 STEPS = 4000
 STRETCHES = 400
 CUTS = 6
 LOOKS = 32  # a step is at most this part of the horizon
-INSTANT = Q(1, 10**9)
+RECORDED = 16  # a recorded step without jumps is at most this part of it
+FINER = 1e-3  # times the error aimed at, where the usual one did not do
+INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
-FAR = 100.0  # s; a longer horizon does not make steps longer
+FAR = 100.0  # s; where there are jumps, a longer horizon does not make steps longer
+
+
+@record
+class Piece:
+    """A box of starts in a mode, and the tree that encloses all runs from it."""
+
+    start: Start
+    box: Box
+    tree: list[Stretch] = field(default_factory=list)
+    # Whether its steps are finer than usual.
+    is_finer: bool = False
+    # How often a box was halved to get it.
+    cuts: int = 0
 
 
 @holder
 class Question:
-    """A goal compiled for the kernel."""
+    """A goal compiled for the kernel, and what is known of it so far."""
 
     model: HybridModel
     claim: Claim
@@ -39,33 +64,46 @@ class Question:
     reached: float | None = None
     trouble: str = ""
     pieces: int = 0
+    # Steps followed so far, those in more than a few variables counted as several.
+    work: Q = Q(0)
+    # Times the usual work.
+    budget: Q = Q(1)
     # What to draw: the trees that decide, or the first one that did not.
-    shown: list[tuple[Box, list[Stretch]]] = field(default_factory=list)
+    shown: list[Piece] = field(default_factory=list)
+    # The trees of single starts, by mode and start.
+    points: dict[tuple[int, Box], list[Stretch]] = field(default_factory=dict)
 
 
 def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
+    """A goal of a claim, compiled.
+
+    Raises
+    ------
+    OutsideFragmentError    if it is none that flowpipes speak of, or a number in it is none that they can compute with
+    """
     asked = asked_of(model, claim, goal)
     judged = judged_of(model, asked)
     compared: list[list[tuple[Expr, str, int]]] = []
+    for q in (asked.last, *(end for s in model.starts for ends in s.box for end in ends)):
+        enclosed(q)
     return Question(model, claim, asked, listings(model, judged, compared), compared)
 
 
-def follow(question: Question, start: Start, box: Box, until: str) -> list[Stretch]:
-    sides = [pair(low, high) for low, high in box]
+def follow(question: Question, start: Start, box: Box, until: str, is_finer: bool = False) -> list[Stretch]:
+    """The tree that encloses all runs from a box of starts: the one place where flowpipes are computed."""
     horizon = Interval.at(max(question.asked.last, INSTANT)).high
     asked = question.asked
     budget = Budget(asked.jumps - asked.last_jump, STRETCHES, CUTS)
-    known = _known(question, start, box)
-    return reach(question.modes, (start.mode, sides, known), horizon, until, _settings(question, box), budget)
-
-
-def follow_record(question: Question, start: Start, box: Box) -> list[RecordedStretch]:
-    """The polynomials of the same tree, a little beyond the horizon."""
-    horizon = Interval.at(max(question.asked.last, INSTANT) * (1 + BEYOND)).high
-    asked = question.asked
     given = start.mode, sides(box), _known(question, start, box)
+    return reach(question.modes, given, horizon, until, settings_of(question, box, is_finer), budget)
+
+
+def follow_record(question: Question, piece: Piece, until: Q) -> list[RecordedStretch]:
+    """The polynomials of the same tree, a little beyond an instant."""
+    asked = question.asked
+    given = piece.start.mode, sides(piece.box), _known(question, piece.start, piece.box)
     budget = Budget(asked.jumps - asked.last_jump, STRETCHES, 0)
-    return reach_record(question.modes, given, horizon, _settings(question, box), budget)
+    return reach_record(question.modes, given, _beyond(until), recorded_settings(question, piece, until), budget)
 
 
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
@@ -103,17 +141,30 @@ def _exact(e: Expr, sides: Mapping[str, tuple[Q, Q]], known: Mapping[tuple[str, 
     return low, high
 
 
-def pair(low: Q, high: Q) -> Pair:
-    x = Interval.between(low, high)
-    return x.low, x.high
+def sides(box: Box) -> list[Pair]:
+    """Enclosures of the sides of a box."""
+    found = [Interval.between(low, high) for low, high in box]
+    return [(x.low, x.high) for x in found]
 
 
-def _settings(question: Question, box: Box) -> Settings:
+def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     """Few variables can afford a high degree; the error aimed at follows the size of the state."""
     wide = sum(low < high for low, high in box)
     degree = 1 if wide == 0 else 5 if wide <= 2 else 4 if wide <= 3 else 3 if wide <= 4 else 2
     size = max([float(abs(end)) for ends in box for end in ends], default=1.0) or 1.0
-    horizon = min(float(max(question.asked.last, INSTANT)), FAR)
+    horizon = float(max(question.asked.last, INSTANT))
+    horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / LOOKS, horizon * 1e-9, STEPS, 4)
-    return tuned(settings, question.claim, wide)
+    settings = tuned(settings, question.claim, wide)
+    return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings
+
+
+def _beyond(until: Q) -> float:
+    return Interval.at(max(until, INSTANT) * (1 + BEYOND)).high
+
+
+def recorded_settings(question: Question, piece: Piece, until: Q) -> Settings:
+    """Where nothing but the claim is looked at, recorded steps may be longer: the second checker looks for itself."""
+    settings = settings_of(question, piece.box, piece.is_finer)
+    return settings if question.model.jumps else replace(settings, longest=_beyond(until) / RECORDED)

@@ -4,27 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from itertools import pairwise, product, takewhile
+from itertools import pairwise, takewhile
 
-from haverify.analyses.flow_model import Atom, Box, Condition, Every, Some, condition
-from haverify.analyses.hybrid.model import HybridModel, Start, Watched
-from haverify.analyses.hybrid.question import Question, follow, pair
+from haverify.analyses.hybrid.conditions import Every, closed, condition
+from haverify.analyses.hybrid.listing import Watched
+from haverify.analyses.hybrid.model import HybridModel, Start
+from haverify.analyses.hybrid.question import Piece, Question, follow, sides
+from haverify.analyses.hybrid.starts import points
 from haverify.evidence.run import Passage, Run, Step
 from haverify.model.expression import Expr
+from haverify.obligations.constants import params_of
 from haverify.obligations.residual import Situation, residual
-from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, Tape, reach
+from haverify.solvers.kernel import Budget, ModeListing, Pair, Settings, Stretch, Tape, Words, reach
 
 Q = Fraction
 
-
 Point = tuple[Start, tuple[Q, ...]]
+TRUE: Words = [("true", 0)]
 
 
 def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
     admissible = None
     for start in question.model.starts:
-        for point in _points(start.box):
+        for point in points(start.box):
             if not _is_admissible(question, start, point):
                 continue
             admissible = admissible or (start, point)
@@ -32,13 +35,6 @@ def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
             if run is not None:
                 return admissible, run
     return admissible, None
-
-
-def _points(box: Box) -> Iterator[tuple[Q, ...]]:
-    yield tuple((low + high) / 2 for low, high in box)
-    wide = [ends if ends[0] < ends[1] else ends[:1] for ends in box]
-    if 0 < sum(len(w) > 1 for w in wide) <= 4:
-        yield from product(*wide)
 
 
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
@@ -50,39 +46,33 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     known, mode = model.definitions[start.mode], model.modes[start.mode]
     at = Situation(mode.name)
     conditions = [condition(residual(e, at), known) for e in start.rest]
-    conditions += [_closed(condition(residual(mode.domain, at), known))]
+    conditions += [closed(condition(residual(mode.domain, at), known))]
     variables = {n: i for i, n in enumerate(model.names)}
     watched = Watched(Tape(variables, known))
     words = watched.words(Every(tuple(conditions)))
     still = Tape(variables, known)
     zero = still.add(Expr("num", (Q(0),)))
-    listing: ModeListing = (still.listing([zero] * len(model.names)), watched.listing(), [], words, [("true", 0)], [])
+    listing: ModeListing = (still.listing([zero] * len(model.names)), watched.listing(), [], TRUE, words, TRUE, [])
     settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
-    sides = [pair(q, q) for q in point]
-    (stretch,) = reach([listing], (0, sides, []), 1e-3, "horizon", settings, Budget(0, 1, 0))
+    box = tuple((q, q) for q in point)
+    (stretch,) = reach([listing], (0, sides(box), []), 1e-3, "horizon", settings, Budget(0, 1, 0))
     return bool(stretch.stages) and all(g.claim.holds for g in stretch.stages)
-
-
-def _closed(c: Condition) -> Condition:
-    """The condition as a domain is read: bounds closed, `!=` left out."""
-    if isinstance(c, bool):
-        return c
-    if isinstance(c, Atom):
-        return True if c.op == "!=" else Atom(c.quantity, {"<": "<=", ">": ">="}.get(c.op, c.op))
-    members = tuple(_closed(m) for m in c.members)
-    return Every(members) if isinstance(c, Every) else Some(members)
 
 
 def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | None:
     """The run from a start, if it certainly violates what has to hold, or never meets it."""
     box = tuple((q, q) for q in point)
-    if question.asked.kind == "reach":
-        tree = follow(question, start, box, "met")
-        run = _never_met(question, start, point, tree)
-        question.shown = [(box, tree)] if run is not None else question.shown
-        return run
-    tree = follow(question, start, box, "violated")
-    question.shown = [(box, tree)]
+    is_reach = question.asked.kind == "reach"
+    tree = follow(question, start, box, "met" if is_reach else "violated")
+    question.points[start.mode, box] = tree
+    found = _never_met(question, start, point, tree) if is_reach else _violating(question, start, point, tree)
+    if found is not None:
+        question.shown = [Piece(start, box, tree)]
+    return found
+
+
+def _violating(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:
+    """The run up to where it certainly violates what has to hold."""
     for number, s in enumerate(tree):
         when = s.jump.claim.violated if s.jump is not None else None
         if not _is_followed(tree, s.parent):
@@ -92,7 +82,6 @@ def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | Non
         for g in takewhile(lambda g: g.keeps_window or g.claim.violated is not None, s.stages):
             if g.claim.violated is not None:
                 return _run(question, start, point, tree, number, g.claim.violated, is_landing=False)
-    question.shown = []
     return None
 
 
@@ -147,10 +136,17 @@ def _run(
     at = Q(0) if is_landing else max(_simplest(max(when[0], float(now)), when[1]) - now, Q(0))
     count = len(model.automaton.vars)
     values = tuple(zip(model.names[:count], point[:count], strict=True))
-    params = tuple(zip(model.names[count:-1], point[count:-1], strict=True))
+    params = tuple(params_at(model, point).items())
     passages = _passages(model, tree, path, values)
     end = _passage(model, tree[number], None, when, _states_at(tree[number], when, is_landing))
     return Run(model.modes[start.mode].name, values, params, tuple(steps), at, (*passages, end))
+
+
+def params_at(model: HybridModel, point: Sequence[Q]) -> dict[str, Q]:
+    """The params at a start; those that nothing reads have any value in their range."""
+    count = len(model.automaton.vars)
+    unread = {p.name: model.values.interval(p.range)[0] for p in params_of(model.spec, model.automaton)}
+    return {**unread, **dict(zip(model.names[count:-1], point[count:-1], strict=True))}
 
 
 def _passages(

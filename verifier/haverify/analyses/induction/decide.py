@@ -88,7 +88,7 @@ def _goal(
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
     shown = _quickly(induction)
     if not shown.is_proved():
-        refuted = _refuted(induction, known, number)
+        refuted = _refuted(induction, shown, known, number)
         if refuted is not None:
             return refuted
         shown = _shown(induction, shown, seconds)
@@ -98,11 +98,13 @@ def _goal(
     return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
-def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict, Json, list[PartResult]] | None:
-    """A start, or a run, that violates the goal."""
+def _refuted(
+    induction: Induction, shown: Shown, known: Hashes, number: int
+) -> tuple[Verdict, Json, list[PartResult]] | None:
+    """A start, or a run, that violates the goal; what was `shown` of the goal as an invariant says where to look."""
     told = known.goal(induction.claim, induction.goal)
     verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
-    start = at_once(induction, FEW) or by_jump(induction) or at_once(induction)
+    start = _start_refuting(induction, {ob.kind for ob, proof in shown.parts if proof is None})
     if start is not None:
         entry = started(induction, start, known.part(told, "start", start.mode, ""))
         steps = tuple(Step(Q(0), k, chosen) for k, chosen in start.jumps)
@@ -114,6 +116,13 @@ def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict,
         return None
     entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
     return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def _start_refuting(induction: Induction, failed: set[str]) -> Start | None:
+    """A start that violates the goal, or does after a jump, where that part of the goal was not shown."""
+    found = at_once(induction, FEW) if "init" in failed else None
+    found = found or (by_jump(induction) if failed & {"init", "edge"} else None)
+    return found or (at_once(induction) if "init" in failed else None)
 
 
 def started(induction: Induction, start: Start, digest: str) -> Json:

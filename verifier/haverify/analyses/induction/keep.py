@@ -8,7 +8,7 @@ from typing import Any
 from haverify.analyses.induction.prove import prove, rule_for
 from haverify.analyses.induction.refute import Effort, refute
 from haverify.maths.polynomial import NOUGHT, Polynomial
-from haverify.obligations.formula import Formula, Junction, Literal, compare, literal, literals, negation
+from haverify.obligations.formula import Formula, Junction, Literal, compare, conjunction, literal, literals, negation
 from haverify.obligations.functions import Functions, factors
 from haverify.obligations.premises import Premises, formula_json, members, polynomial_json, primitive, whole
 from haverify.text.record import holder
@@ -49,7 +49,7 @@ class Keeper:
         while waiting:
             done = next(((f, rule) for f in waiting if (rule := self._rule(known, f)) is not None), None)
             if done is None:
-                done = self._together(known, waiting)
+                done = self._at_rest(known, waiting) or self._together(known, waiting)
             if done is None:
                 self.open.extend(waiting)
                 return None
@@ -121,12 +121,40 @@ class Keeper:
         kept = leaves[0] if len(leaves) == 1 else Junction(True, tuple(leaves))  # type: ignore[arg-type]
         return kept, {"rule": "barrier", "proofs": proofs}
 
+    def _at_rest(self, known: Premises, found: list[Formula]) -> tuple[Formula, Json] | None:
+        """Variables have values where none of them moves, and nothing else moves them."""
+        given = [(f, v) for f in found if isinstance(f, Literal) and (v := self._placed(f)) is not None]
+        rates = [self.rates[v] for _, v in given]
+        read = set(self.functions.support(n for p in rates for n in p.variables))
+        if not given or not read & self.rates.keys() <= {v for _, v in given}:
+            return None
+        cut = conjunction([f for f, _ in given])
+        proofs = [prove(known.with_(cut, compare("!=", p)), self.effort) for p in rates]
+        return None if None in proofs else (cut, {"rule": "rest", "proofs": proofs})
+
+    def _placed(self, f: Literal) -> str | None:
+        """The variable that an equation gives the value of, by what does not move."""
+        p = f.polynomial
+        moving = set(self.functions.support(p.variables)) & self.rates.keys()
+        (v,) = moving if len(moving) == 1 and f.op == "==" else (None,)
+        alone = [m for m in p.terms if v in dict(m)]
+        return (
+            v
+            if v is not None and v != "time" and alone == [((v, 1),)] and v not in _inside(p, self.functions)
+            else None
+        )
+
     def _still(self, f: Formula) -> Json | None:
         """All polynomials of the formula are constant along the flow."""
         found = list(dict.fromkeys(whole(leaf.polynomial) for leaf in literals(f)))
         if any(self._slope(p).whole for p in found):
             return None
         return {"rule": "lie", "ranks": [[1, [[]], []] for _ in found], "forward": "t", "backward": "t"}
+
+
+def _inside(p: Polynomial, functions: Functions) -> set[str]:
+    """What the functions in a polynomial read."""
+    return {w for n in p.variables if n in functions.known for w in functions.support([n])}
 
 
 def divided(p: Polynomial, d: Polynomial) -> Polynomial | None:

@@ -7,7 +7,6 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from haverify.analyses.flow_model import flow_model
 from haverify.analyses.induction.points import TRIES, Point, certainly, farthest, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
 from haverify.analyses.synthesis.starts import exact_points
@@ -185,23 +184,24 @@ def _suspects(induction: Induction, span: Q) -> list[tuple[Start, float]]:
 
 def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     """The run from a start up to its violation, if a flowpipe shows it."""
-    from haverify.analyses.taylor_reach import violating_from
+    from haverify.analyses.hybrid.model import hybrid_model
+    from haverify.analyses.hybrid.question import question_of
+    from haverify.analyses.hybrid.runs import by_a_run
 
     spec, automaton, claim = _alone(induction, start)
     if induction.limit is None:
         claim = replace(claim, time=Expr("num", (span,)))
     try:
         goal = claim.goals[0]
-        model = flow_model(spec, automaton, [goal.condition])
-        fixed = {n: low for n, (low, _) in induction.params.items()} | {"time": Q(0)} | start.point
-        at = violating_from(model, claim, goal, [fixed[n] for n in model.names])
+        model = hybrid_model(spec, automaton, [goal.condition])
+        _, run = by_a_run(question_of(model, claim, goal))
     except OutsideFragmentError:
         return None
-    if at is None:
+    if run is None:
         return None
     values = tuple((v.name, start.point[v.name]) for v in induction.automaton.vars)
     params = tuple((n, start.point.get(n, low)) for n, (low, _) in induction.params.items())
-    return Run(start.mode, values, params, (), at)
+    return Run(start.mode, values, params, (), run.last)
 
 
 def _alone(induction: Induction, start: Start) -> Any:

@@ -10,7 +10,7 @@ from haverify.text.record import record
 
 Place = Callable[[Point], Point]
 
-WIDTH, HEIGHT, LEFT, GAP, TOP, FOOT = 380.0, 170.0, 46.0, 34.0, 24.0, 62.0
+WIDTH, HEIGHT, LEFT, GAP, TOP, FOOT = 380.0, 170.0, 46.0, 46.0, 24.0, 42.0
 
 
 @record
@@ -68,7 +68,7 @@ def _pane(pane: Pane, bands: Sequence[tuple[str, float, float]], left: float, to
         return left + room * (p[0] - first) / (last - first), top + HEIGHT * (high - p[1]) / (high - low)
 
     parts = [_band(b, k, at, top) for k, b in enumerate(bands)]
-    parts += [svg.label((at((a, 0))[0] + at((b, 0))[0]) / 2, top + 13, n, "tick", "m") for n, a, b in bands]
+    parts += [svg.label((at((a, 0))[0] + at((b, 0))[0]) / 2, top + HEIGHT + 11, n, "tick", "m") for n, a, b in bands]
     for value in svg.ticks(low, high, 6):
         parts.append(svg.line(at((first, value)), at((last, value)), "grid"))
         parts.append(svg.label(left - 5, at((first, value))[1] + 4, svg.tick_text(value), "tick", "e"))
@@ -90,14 +90,14 @@ def _band(band: tuple[str, float, float], k: int, at: Place, top: float) -> str:
 
 def _series(s: Series, at: Place) -> list[str]:
     if s.is_dotted:
-        return [svg.circle(at(p), 1.6, f"f{s.kind % 10}") for p in s.points]
+        return [svg.circle(at(p), 2, f"f{s.kind % 10}") for p in s.points]
     return [svg.polyline([at(p) for p in s.points], f"term t{s.kind % 10}")]
 
 
 def _clock(bands: Sequence[tuple[str, float, float]], left: float, y: float, clock: str) -> list[str]:
     first, last = bands[0][1], bands[-1][2]
-    room, parts = WIDTH - LEFT, [svg.label(left + (WIDTH - LEFT) / 2, y + 32, clock, "axis", "m")]
+    room, parts = WIDTH - LEFT, [svg.label(left + (WIDTH - LEFT) / 2, y + 44, clock, "axis", "m")]
     for value in svg.ticks(first, last, 8):
         x = left + room * (value - first) / (last - first)
-        parts += [svg.line((x, y), (x, y + 4), "tick"), svg.label(x, y + 16, svg.tick_text(value), "tick", "m")]
+        parts += [svg.line((x, y + 14), (x, y + 18), "tick"), svg.label(x, y + 29, svg.tick_text(value), "tick", "m")]
     return parts

@@ -1,0 +1,61 @@
+"""The flowpipes to draw: those that decide a goal, or the first one that did not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from haverify.analyses.hybrid.question import Piece, Question, sides
+from haverify.evidence.flowpipe import Stretch as Drawn
+from haverify.evidence.flowpipe import flowpipe_json
+from haverify.model.expression import Expr
+from haverify.obligations.translate import OutsideFragmentError
+from haverify.solvers.kernel import Pair, Stage, Stretch
+
+Q = Fraction
+Json = Any
+
+
+def drawing(question: Question) -> Json:
+    """The value of a drawing, None where there is nothing to draw."""
+    model = question.model
+    drawn = [
+        Drawn(model.modes[s.mode].name, s.jumps, _first(s, piece), [(g.time, _seen(question, s, g)) for g in s.stages])
+        for piece in question.shown
+        for s in piece.tree
+        if s.stages
+    ]
+    return flowpipe_json(model.names, drawn) if drawn else None
+
+
+def _first(s: Stretch, piece: Piece) -> Sequence[Pair]:
+    """The box of a stretch where it starts."""
+    if s.jump is not None:
+        return s.jump.after
+    return sides(piece.box) if s.parent is None else s.stages[0].states
+
+
+def _seen(question: Question, s: Stretch, g: Stage) -> Sequence[Pair]:
+    """The box of a step, cut where a variable was looked at more closely because the claim compares it."""
+    box = list(g.states)
+    for quantity, _, place in question.compared[s.mode] if g.watched else []:
+        bound = _bound(question, quantity)
+        if bound is not None:
+            v, shift = bound
+            low, high = g.watched[place]
+            cut = max(box[v][0], low + shift), min(box[v][1], high + shift)
+            box[v] = cut if cut[0] <= cut[1] else box[v]
+    return box
+
+
+def _bound(question: Question, quantity: Expr) -> tuple[int, float] | None:
+    """The variable that is compared with a number, and the number."""
+    left, right = quantity.children if quantity.op == "-" and len(quantity.children) == 2 else (quantity, None)
+    if left.op != "var" or left.name not in question.model.names:
+        return None
+    try:
+        number = Q(0) if right is None else question.model.values.number(right)
+    except OutsideFragmentError:
+        return None
+    return question.model.names.index(left.name), float(number)

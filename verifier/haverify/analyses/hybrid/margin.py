@@ -1,0 +1,54 @@
+"""How far the enclosures stay from a bound, and how near one run certainly comes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+from haverify.analyses.hybrid.question import Piece, Question
+from haverify.evidence.verdict import Margin
+from haverify.model.expression import nodes
+from haverify.solvers.kernel import Stretch
+
+Q = Fraction
+NO_QUANTITIES = ("abs", "jump", "jumped", "pre", "at")
+
+
+def margin(question: Question, proof: Sequence[Piece], run: Sequence[Stretch]) -> Margin | None:
+    """For one bound in all modes: at least how far all enclosures stay from it; `run` is the tree of one start."""
+    asked = question.asked.condition
+    if question.asked.kind != "always" or asked.op not in ("<", "<=", ">", ">="):
+        return None
+    unit = asked.children[0].unit
+    if unit is None or any(n.op in NO_QUANTITIES for n in nodes(asked)):
+        return None
+    claimed = [next(iter(atoms), None) for atoms in question.compared]
+    bounds = {(c[0], c[1]) for c in claimed if c is not None}
+    trees = [p.tree for p in proof]
+    if None in claimed or len(bounds) != 1 or _is_bare(trees):
+        return None
+    ((_, op),) = bounds
+    is_above = op in (">", ">=")
+    places = [c[2] for c in claimed if c is not None]
+    low, at = min(_distances(question, trees, places, is_above, 0 if is_above else 1), default=(None, 0.0))
+    if low is None:
+        return None
+    certain = [s for s in run if s.is_certain]
+    near, _ = min(_distances(question, [certain], places, is_above, 1 if is_above else 0), default=(low, 0.0))
+    return Margin(low, max(low, near), str(unit), f"t = {max(at, 0.0):.6g} s")
+
+
+def _distances(
+    question: Question, trees: Sequence[Sequence[Stretch]], places: Sequence[int], is_above: bool, end: int
+) -> Iterator[tuple[Q, float]]:
+    """For each step that the claim speaks of, an end of the claim's quantity as a distance to the bound."""
+    for s in (s for tree in trees for s in tree):
+        for g in s.stages:
+            if g.watched and g.time[1] >= question.asked.first and g.time[0] <= question.asked.last:
+                value = Q(g.watched[places[s.mode]][end])
+                yield (value if is_above else -value), g.time[0]
+
+
+def _is_bare(trees: Sequence[Sequence[Stretch]]) -> bool:
+    """Whether some landing is in no stage, so that how far it stays from the bound is not known."""
+    return any(s.jump is not None and not s.stages and s.end != "cut" for tree in trees for s in tree)

@@ -1,0 +1,102 @@
+"""Starts: the box that an init line gives, what it says beyond that, points to try."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import product
+
+from haverify.analyses.hybrid.conditions import COMPARISONS, MIRRORED, members
+from haverify.model.expression import Expr
+from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
+from haverify.obligations.constants import Values
+from haverify.obligations.translate import OutsideFragmentError
+
+Q = Fraction
+Box = tuple[tuple[Q, Q], ...]
+MOST_CORNERS = 4  # sides
+
+
+class NoStartError(OutsideFragmentError):
+    """Bounds of a start contradict each other."""
+
+
+def start_box(
+    automaton: HybridAutomaton, mode: Mode, init: Init, values: Values
+) -> tuple[list[tuple[Q, Q]], list[Expr]]:
+    """The least box that the bounds on single variables give, and the conjuncts that say more."""
+    bounds: dict[str, tuple[Q | None, Q | None]] = {v.name: (None, None) for v in automaton.vars}
+    for assign in init.assigns:
+        to = assign.to
+        bounds[assign.var] = values.interval(to) if isinstance(to, Range) else (values.number(to),) * 2
+    bounding = (*members(init.where), *members(mode.domain))
+    more = [e for e in bounding if not _bounded(e, bounds, values)]
+    declared = {v.name: v.range for v in automaton.vars}
+    box = []
+    for name, (low, high) in bounds.items():
+        wide = declared[name]
+        first, last = values.interval(wide) if wide is not None else (None, None)
+        low, high = first if low is None else low, last if high is None else high
+        if low is None or high is None:
+            raise OutsideFragmentError(f"the start leaves `{name}` without a bound")
+        if low > high:
+            raise NoStartError(f"no start: `{name}` would have to lie between {low} and {high}")
+        box.append((low, high))
+    return box, more
+
+
+def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Values) -> bool:
+    """Whether a conjunct is a bound on one variable; the bound is noted (strict ones as if they were closed)."""
+    if e.op not in COMPARISONS or e.op == "!=":
+        return False
+    left, right = e.children
+    op = e.op
+    if left.op not in ("var", "abs"):
+        left, right, op = right, left, MIRRORED[op]
+    if left.op == "abs" and op in ("<", "<="):
+        inner, minus = left.children[0], Expr("neg", (right,))
+        above = _bounded(Expr(op, (inner, right)), bounds, values)
+        below = _bounded(Expr(MIRRORED[op], (inner, minus)), bounds, values)
+        return above and below
+    if left.op != "var":
+        return False
+    try:
+        bound = values.number(right)
+    except OutsideFragmentError:
+        return False
+    low, high = bounds[left.name]
+    if op in (">", ">=", "=="):
+        low = bound if low is None else max(low, bound)
+    if op in ("<", "<=", "=="):
+        high = bound if high is None else min(high, bound)
+    bounds[left.name] = low, high
+    return op in ("<=", ">=", "==")
+
+
+def points(box: Box) -> Iterator[tuple[Q, ...]]:
+    """The middle of a box, and where few of its sides are wide, its corners."""
+    yield tuple((low + high) / 2 for low, high in box)
+    ends = [side if side[0] < side[1] else side[:1] for side in box]
+    if 0 < sum(len(e) > 1 for e in ends) <= MOST_CORNERS:
+        yield from product(*ends)
+
+
+def halves(box: Box) -> tuple[int, Box, Box]:
+    """The box cut in two across its widest side, whose position comes first."""
+    widths = [high - low for low, high in box]
+    v = max(range(len(box)), key=lambda i: widths[i] / (1 + abs(box[i][0] + box[i][1]) / 2))
+    low, high = box[v]
+    middle = (low + high) / 2
+    return v, (*box[:v], (low, middle), *box[v + 1 :]), (*box[:v], (middle, high), *box[v + 1 :])
+
+
+def cut(box: Box, times: int) -> list[Box]:
+    """The pieces of a box that is halved some times."""
+    if times == 0 or is_point(box):
+        return [box]
+    return [piece for half in halves(box)[1:] for piece in cut(half, times - 1)]
+
+
+def is_point(box: Box) -> bool:
+    """Whether all sides are numbers."""
+    return all(low == high for low, high in box)
