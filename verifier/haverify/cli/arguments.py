@@ -141,6 +141,7 @@ def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
     p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+    p.add_argument("--no-crosscheck", action="store_true", help="simulate no runs beside proofs")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
     p.add_argument(
         "--grade",
