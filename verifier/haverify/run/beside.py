@@ -11,7 +11,7 @@ from haverify.text.record import replace
 
 SHARE = 0.1  # of the time of the proof
 LEAST = 0.2  # s; a proof that was quicker is not worth a simulator's start
-METHODS = ("taylor", "taylor-reach", "induction")
+METHODS = ("taylor", "induction")
 
 
 def beside(spec: Spec, solved: Solved) -> Solved:

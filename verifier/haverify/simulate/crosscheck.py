@@ -13,7 +13,7 @@ from time import process_time
 from typing import Any
 
 from haverify.analyses.hybrid.model import HybridModel, hybrid_model
-from haverify.analyses.hybrid.question import Question, follow, question_of
+from haverify.analyses.hybrid.question import Question, question_of, settings_of, sides
 from haverify.maths.interval import Fault
 from haverify.model.claim import Claim
 from haverify.model.hybrid import HybridAutomaton
@@ -24,7 +24,8 @@ from haverify.simulate.draws import Drawing
 from haverify.simulate.formula import AskedOfRuns, asked_of_runs
 from haverify.simulate.model import SimulatedAutomaton
 from haverify.simulate.run import Settings, SimulatedRun, followed
-from haverify.text.record import holder, record
+from haverify.solvers.kernel import Budget, reach
+from haverify.text.record import holder, record, replace
 
 Json = Any
 
@@ -32,6 +33,9 @@ DRAWN = 60  # pieces of a drawn flowpipe; where there are as many, some may be m
 DIGITS = 4e-6  # to which its numbers are rounded, of their size
 ERROR = 1e-8  # of a state may be due to floats
 LOOKS = 3  # instants of each step of a run
+TINY = 1e-4  # of a run's time is a step of the enclosures that confirm
+STEPS = 50_000
+JUMPS = 400
 MARGIN = -1e-7  # a margin nearer to zero is no violation
 
 
@@ -139,10 +143,14 @@ def _enclosures(model: HybridModel, question: Question, run: SimulatedRun, at: I
     """What contains the run from the same start at an instant."""
     places, state = run.model.places, run.draw.state
     for start in model.starts:
-        if start.mode != run.draw.mode:
+        if model.modes[start.mode].name != run.model.automaton.modes[run.draw.mode].name:
             continue
         box = tuple((Fraction(state[places[n]]), Fraction(state[places[n]])) for n in model.names)
-        for s in follow(question, start, box, "horizon"):
+        step = TINY * max(run.time, 1e-9)
+        horizon = max(at.time, step) * (1 + 1e-9) + 1e-12
+        settings = replace(settings_of(question, box, is_finer=True), longest=step, first=step, steps=STEPS)
+        given = start.mode, sides(box), list[tuple[int, str]]()
+        for s in reach(question.modes, given, horizon, "horizon", settings, Budget(at.jumps + 1, JUMPS, 0)):
             if model.modes[s.mode].name == at.mode and s.jumps == at.jumps:
                 for stage in s.stages:
                     if stage.time[0] <= at.time <= stage.time[1]:
@@ -151,6 +159,8 @@ def _enclosures(model: HybridModel, question: Question, run: SimulatedRun, at: I
 
 def _is_in(names: Sequence[str], box: Sequence[float], at: Instant, error: float) -> bool:
     for k, name in enumerate(names):
+        if name == "time":  # by which the box was chosen
+            continue
         low, high, x = box[2 * k], box[2 * k + 1], at.values[name]
         slack = DIGITS * max(abs(low), abs(high)) + error * (1 + abs(x))
         if not low - slack <= x <= high + slack:
@@ -162,6 +172,6 @@ def _is_apart(names: Sequence[str], box: Sequence[float], x: dict[str, Any]) -> 
     for k, name in enumerate(names):
         low, high = box[2 * k], box[2 * k + 1]
         slack = DIGITS * max(abs(low), abs(high))
-        if name in x and (x[name][0] > high + slack or x[name][1] < low - slack):
+        if name != "time" and (x[name][0] > high + slack or x[name][1] < low - slack):
             return True
     return False
