@@ -8,6 +8,7 @@ from haverify.recordings.cycles import Cycle
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import told
 from haverify.report.figures.overlay import Pane, Series, overlay
+from haverify.report.figures.svg import Point
 from haverify.report.html.style import standalone
 
 _MOST = 2000  # samples that are drawn for each joint
@@ -30,7 +31,17 @@ def _pane(walk: Walk, c: Curve) -> Pane:
         series.append(_dots(walk.held_out, c, 2))
     t = np.linspace(0, float(walk.knots.period) * (1 - 1e-9), 401)
     curve = Series(tuple(zip(t.tolist(), c.at(t).tolist(), strict=True)), 1)
-    return Pane(f"{told(c.joint)} [deg]", (curve, *series))
+    low, high = _band(walk, c.joint)
+    return Pane(f"{told(c.joint)} [deg]", (curve, *series), low, high)
+
+
+def _band(walk: Walk, joint: str) -> tuple[tuple[Point, ...], tuple[Point, ...]]:
+    """The lower and the upper edge of the band of 95 %, where there is one."""
+    t = [k / 100 * float(walk.knots.period) for k in range(101)]
+    for b in walk.bands:
+        if b.joint == joint:
+            return tuple(zip(t, b.low.tolist(), strict=True)), tuple(zip(t, b.high.tolist(), strict=True))
+    return (), ()
 
 
 def _dots(cycles: tuple[Cycle, ...], c: Curve, kind: int) -> Series:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
+from haverify.fitting.bands import Band, band
 from haverify.fitting.curve import Curve, Residual, residual
 from haverify.fitting.knots import Knots, knots
 from haverify.fitting.solve import curve, points
@@ -49,6 +50,7 @@ class Walk:
     residuals: tuple[Residual, ...]
     held_residuals: tuple[Residual, ...]
     options: Options
+    bands: tuple[Band, ...]
     fixed: bool  # whether some boundary of phases is a usual share, not an event
 
     @property
@@ -138,6 +140,7 @@ def _fitted(
         residuals=trained,
         held_residuals=left,
         options=options,
+        bands=tuple(b for j in JOINTS if (b := band(training, j)) is not None),
         fixed=bool(found),
     )
     return made, found

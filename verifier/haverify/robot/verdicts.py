@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from haverify.maths.interval import Interval
 from haverify.robot.body import Description
 from haverify.robot.cycle import Cycle
 from haverify.robot.enclosures import Stretch
+from haverify.robot.mapping import Map
 from haverify.text.record import record
 
 
@@ -29,23 +30,25 @@ class Decided:
     mode: str
 
 
-def decided(d: Description, cycle: Cycle, pace: float, stretches: Sequence[Stretch]) -> list[Decided]:
+def decided(d: Description, m: Map, cycle: Cycle, stretches: Sequence[Stretch]) -> list[Decided]:
     """Every check that enclosures decide."""
+    pace, allowed = float(m.speed), Interval.at(m.penetration)
     starts = {p.mode: float(p.start) for p in cycle.pieces}
     (back, front), (right, left) = ([Interval.at(v) for v in pair] for pair in (d.sole.x, d.sole.y))
-    found = []
-    for name, what, unit, margins in (
-        ("swing sole above ground", "lowest corner", "mm", _soles),
+    edge, height = "to the sole's edge", "lowest corner"
+    rows: list[tuple[str, str, str, Callable[[Stretch], Iterator[Interval]]]] = [
+        ("swing sole above ground", height, "mm", lambda s: _soles(s, allowed)),
         ("ground pushes", "normal force", "N", lambda s: iter([_of(s, "force_z")])),
         ("friction", "force along the ground", "N^2", lambda s: iter([_of(s, "grip")])),
-        ("zero moment point fore-aft", "to the sole's edge", "mm", lambda s: _edges(s, "front", "back")),
-        ("zero moment point sideways", "to the sole's edge", "mm", lambda s: _edges(s, "left", "right")),
-        ("centre of mass fore-aft", "to the sole's edge", "mm", lambda s: _over(s, "com_x", back, front)),
-        ("centre of mass sideways", "to the sole's edge", "mm", lambda s: _over(s, "com_y", right, left)),
-    ):
-        found.append(
-            _judged(name, what, unit, [(s, list(margins(s)) if s.values else []) for s in stretches], starts, pace)
-        )
+        ("zero moment point fore-aft", edge, "mm", lambda s: _edges(s, "front", "back")),
+        ("zero moment point sideways", edge, "mm", lambda s: _edges(s, "left", "right")),
+        ("centre of mass fore-aft", edge, "mm", lambda s: _over(s, "com_x", back, front)),
+        ("centre of mass sideways", edge, "mm", lambda s: _over(s, "com_y", right, left)),
+    ]
+    found = []
+    for name, what, unit, margins in rows:
+        each = [(s, list(margins(s)) if s.values else []) for s in stretches]
+        found.append(_judged(name, what, unit, each, starts, pace))
     return found
 
 
@@ -54,8 +57,9 @@ def _of(s: Stretch, name: str) -> Interval:
     return Interval(*s.values[name])
 
 
-def _soles(s: Stretch) -> Iterator[Interval]:
-    return (_of(s, f"sole_{k}_z") * 1000 for k in range(4))
+def _soles(s: Stretch, allowed: Interval) -> Iterator[Interval]:
+    """The heights of the corners above what is allowed."""
+    return ((_of(s, f"sole_{k}_z") + allowed) * 1000 for k in range(4))
 
 
 def _edges(s: Stretch, one: str, other: str) -> Iterator[Interval]:
