@@ -85,7 +85,7 @@ def test_a_planted_engine_ends_in_a_fault_and_no_proof(tmp_path: Path) -> None:
 
 
 def test_a_false_claim_is_contradicted_by_a_certified_run(tmp_path: Path) -> None:
-    spec, evidence = proved(BALL, tmp_path)
+    spec, _ = proved(BALL, tmp_path)
     false = replace(spec.claims[0], goals=(replace(spec.claims[0].goals[0], condition=_below(spec)),))
     found = Beside(spec, spec.automata[0], false).disagreement(60.0, runs=50)
     assert found is not None and found.is_certain

@@ -204,6 +204,17 @@ def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
     )
     p.add_argument("--samples", type=int, default=200, metavar="N", help="instants in a table (default 200)")
     p.add_argument("--csv", metavar="PATH", help="write a table (- for standard output)")
+    p.add_argument("--mot", metavar="PATH", help="write the angles in deg of the first run as an OpenSim motion")
+    p.add_argument("--plot", metavar="PATH.svg", help="write a drawing")
+    p.add_argument(
+        "--kind",
+        choices=("series", "phase", "field", "modes"),
+        default="series",
+        help="of what: quantities over time, an orbit, one with the vector field, the mode graph (default series)",
+    )
+    p.add_argument("--of", metavar="X,Y", help="the quantities to draw")
+    p.add_argument("--mode", metavar="MODE", help="whose vector field (default: where the first run starts)")
+    p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 
 
 def _falsify(commands: _Commands[argparse.ArgumentParser]) -> None:

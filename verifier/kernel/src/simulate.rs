@@ -173,13 +173,19 @@ impl<'a> Runner<'a> {
             if let Some(end) = self.stay() {
                 return end;
             }
-            if let Some(limit) = accumulation(&mut self.accumulation, self.run.time) {
-                return End::Zeno(limit);
-            }
-            if self.run.jumps.len() >= self.plan.jumps {
-                return End::Jumps;
+            let limit = accumulation(&mut self.accumulation, self.run.time);
+            if limit.is_some() || self.run.jumps.len() >= self.plan.jumps {
+                self.keep_last();
+                return limit.map_or(End::Jumps, End::Zeno);
             }
         }
+    }
+
+    /// The state after the last jump, where the run goes no farther.
+    fn keep_last(&mut self) {
+        self.first = self.run.pieces.len();
+        let state = self.run.state.clone();
+        self.cut(self.run.time, &state);
     }
 
     /// One stay in a mode, up to a jump (None) or the end of the run.

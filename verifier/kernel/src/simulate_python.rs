@@ -153,6 +153,12 @@ impl Simulator {
         }
     }
 
+    /// The slopes of the state in a mode.
+    fn slopes(&self, mode: usize, state: Vec<f64>) -> PyResult<Vec<f64>> {
+        let values = self.values(mode, state)?;
+        Ok(self.automaton.modes[mode].program.slopes.iter().map(|s| s.map_or(0.0, |r| values[r])).collect())
+    }
+
     /// The value of a formula on many runs.
     fn robustness(&self, py: Python<'_>, listings: Vec<PlanListing>, words: FormulaWords) -> PyResult<Vec<f64>> {
         let asked = judged(&words, &self.automaton)?;
