@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 _CODES = """\
 exit codes: 0 all as expected; 1 a claim decided otherwise, or a new error finding; 2 call or input cannot be
@@ -77,8 +78,17 @@ DATA: .mot .sto .csv .trc .c3d .json (landmarks); docs/fitting.md says what is e
 exit codes: 0 the spec is written; 2 a recording cannot be used, and nothing is written"""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; a command's name is `command`."""
+_COMPARE = """\
+How far walks are from the first one: root mean square, peak and correlation of each joint, and the root mean square in
+each phase. A walk is a recording, or a spec whose automaton has the outputs lh, rh, lk, rk, la, ra over a cycle."""
+
+
+def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """The parser of the command line; a command's name is `command`.
+
+    One that is to read `arguments` alone knows only the command that they begin with: the others cost more time than
+    all that parsing does.
+    """
     top = argparse.ArgumentParser(
         prog="haverify",
         description="Prove or refute what .ha specs claim, with evidence that a second program re-checks.",
@@ -86,8 +96,8 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (
+    commands = top.add_subparsers(prog="haverify", dest="command", metavar="COMMAND", required=True)
+    every = (
         _check,
         _lint,
         _accept,
@@ -103,9 +113,12 @@ def parser() -> argparse.ArgumentParser:
         _falsify,
         _replay,
         _fit,
+        _compare,
         _init,
         _doctor,
-    ):
+    )
+    asked = [add for add in every if arguments and arguments[0] == add.__name__[1:]]
+    for add in asked or every:
         add(commands)
     return top
 
@@ -159,6 +172,7 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument(
         "--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)"
     )
+    p.add_argument("--no-cache", action="store_true", help="let the rules look anew at a spec they have seen")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 
@@ -293,7 +307,17 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
+    p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
     p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
+
+
+def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "compare", _COMPARE, help="recordings and automata beside each other")
+    p.add_argument("files", nargs="+", metavar="WALK", help="a recording, a spec, or ground forces of a recording")
+    p.add_argument("-a", "--automaton", metavar="NAME", help="of the specs (default: the first with six joints)")
+    p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle of recordings")
+    p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the files say")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw all curves, percent by percent")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:
