@@ -31,11 +31,13 @@ pub mod models;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod robustness;
 pub mod roots;
 pub mod rounding;
 pub mod rules;
 pub mod series;
 pub mod sets;
+pub mod signal;
 pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
