@@ -9,7 +9,7 @@ from typing import Any
 
 from hacheck import sturm
 from hacheck.formula import Formula, disj, literal, placed, replace, sign_fits, true, variables
-from hacheck.polynomial import ZERO, Env, Poly, add, by_power, const, constant, names, scale
+from hacheck.polynomial import ZERO, Env, Poly, add, by_power, const, names, scale
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Box = dict[str, Interval]
