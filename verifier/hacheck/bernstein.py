@@ -9,7 +9,7 @@ from typing import Any
 
 from hacheck import sturm
 from hacheck.formula import Formula, disj, literal, placed, replace, sign_fits, true, variables
-from hacheck.polynomial import ZERO, Env, Poly, add, by_power, const, names, scale
+from hacheck.polynomial import ZERO, Env, Poly, by_power, const, names, total
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Box = dict[str, Interval]
@@ -226,8 +226,8 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
         if parts.keys() <= {0, 1} and op in ("<", "<="):
             ends = [(sign, x) for sign, x in ((">=", box[v][1]), ("<=", box[v][0])) if x is not None]
             for sure in (certain, lambda sign, q, box: shown(literal(sign, q), box)):
-                for end in (x for sign, x in ends if sure(sign, parts[1], box)):
-                    return literal(op, add(scale(parts[1], end), parts.get(0, ZERO)))
+                for end in (x for sign, x in ends if sure(sign, parts[1], box)):  # a positive multiple will do
+                    return literal(op, total(((end.numerator, parts[1]), (end.denominator, parts.get(0, ZERO)))))
         return False
 
     return replace(f, worst)
