@@ -27,6 +27,7 @@ pub mod interval;
 mod judging;
 pub mod matrix;
 pub mod models;
+pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
@@ -40,5 +41,8 @@ pub mod simulate;
 mod simulate_python;
 pub mod stepping;
 pub mod sweep;
+pub mod tree;
+#[cfg(feature = "python")]
+mod tree_python;
 mod walk;
 pub mod zeno;
