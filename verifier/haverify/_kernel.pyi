@@ -54,6 +54,14 @@ def reach(
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
 ) -> Tree: ...
+def along(
+    positions: Listing,
+    readout: Listing,
+    derivatives: int,
+    time: Pair,
+    widths: list[float],
+    order_depth_stretches: tuple[int, int, int],
+) -> list[tuple[float, float, list[Pair] | None]]: ...
 
 class Record:
     def end(self) -> tuple[str, float, int, list[float], float, int]: ...

@@ -1,6 +1,6 @@
 """`python -m tests.peers.hstp`: what haverify says about each problem of this folder, as a table.
 
---seconds N     for each problem, all told (default 60)
+--seconds N     of CPU for each problem, all told (default 60)
 --only TEXT     problems with the text in their file's name, several times
 --samples N     runs of each proved problem that are simulated in floats; none may leave the goal (default 1000)
 """
@@ -11,10 +11,12 @@ import argparse
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from statistics import median
 from time import monotonic
@@ -46,16 +48,24 @@ def _cpu() -> float:
 
 def asked(path: Path, seconds: float, samples: int) -> Answer:
     """One problem, decided in a process of its own, then re-checked in another."""
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (ceil(seconds), ceil(seconds) + 5))
+
     with tempfile.TemporaryDirectory() as work:
         began, before = monotonic(), _cpu()
         environment = {**os.environ, "HAVERIFY_CACHE": f"{work}/cache", "PYTHONPATH": str(ROOT / "verifier")}
         called = [sys.executable, "-m", "haverify", "check", str(path), "--no-cache", "--report", f"{work}/report"]
         try:
-            subprocess.run(called, env=environment, capture_output=True, check=False, timeout=seconds)
+            done = subprocess.run(
+                called, env=environment, capture_output=True, check=False, timeout=20 * seconds, preexec_fn=limited
+            )
         except subprocess.TimeoutExpired:
             return Answer(path.stem, "unknown", "", monotonic() - began, _cpu() - before)
         took, cpu = monotonic() - began, _cpu() - before
         report = Path(work, "report", "report.json")
+        if done.returncode == -signal.SIGXCPU:
+            return Answer(path.stem, "unknown", "", took, cpu)
         if not report.exists():
             return Answer(path.stem, "fault", "", took, cpu)
         claim = json.loads(report.read_text())["claims"][0]
@@ -82,7 +92,9 @@ def main() -> int:
         a = answers[-1]
         told = f"   {a.wrong} SIMULATED RUNS VIOLATE IT" if a.wrong else ""
         print(
-            f"{a.name:<10} {a.verdict:<9} {a.trust:<9} {a.seconds:7.1f} s   re-check {a.again:5.1f} s{told}", flush=True
+            f"{a.name:<8} {a.verdict:<8} {a.trust:<9}{a.seconds:7.1f} s   CPU {a.cpu:5.1f} s   "
+            f"re-check {a.again:4.1f} s{told}",
+            flush=True,
         )
     closing(answers)
     return 1 if any(a.wrong or a.verdict == "fault" for a in answers) else 0

@@ -70,9 +70,8 @@ class Search:
 
     def bounds(self, low: Q, high: Q) -> list[tuple[Q, Q]]:
         """Where the answer changes: two near or equal numbers, the last and the first of their kind."""
-        grid = [low + (high - low) * k / GRID for k in range(GRID + 1)]
-        pairs = pairwise(grid)
-        return [self.between(a, b, FINE * (high - low)) for a, b in pairs if self.word(a) is not self.word(b)]
+        found = [(a, b) for a, b in pairwise(grid(low, high)) if self.word(a) is not self.word(b)]
+        return [self.between(a, b, FINE * (high - low)) for a, b in found]
 
     def between(self, a: Q, b: Q, near: Q) -> tuple[Q, Q]:
         """Two numbers, no more than `near` apart, between which the answer changes."""
@@ -93,7 +92,8 @@ class Search:
 
     def pieces(self, low: Q, high: Q, depth: int = DEPTH) -> Iterator[Piece]:
         """Pieces of a range all points of which are expected to have one answer, as far as that is shown."""
-        word = self.word((low + high) / 2)
+        ends = [q for q in (low, high) if (q, q) in self.known]
+        word = self.word(ends[0] if ends else (low + high) / 2)
         found = self.at(low, high) if word is Proved else self.refuted(low, high) if word is Refuted else None
         if found is not None and type(found.verdict) is word:
             yield Piece(low, high, found)
@@ -131,9 +131,8 @@ def decide_which(spec: Spec, automaton: HybridAutomaton, claim: Claim, decide: D
 
 
 def _pieces(search: Search, low: Q, high: Q) -> list[Piece]:
-    whole = search.at(low, high)
-    if isinstance(whole.verdict, Proved) or low == high:
-        return [Piece(low, high, whole)]
+    if low == high:
+        return [Piece(low, high, search.at(low, high))]
     cuts = [low, *(q for pair in search.bounds(low, high) for q in pair), high]
     found = list[Piece]()
     for k, (a, b) in enumerate(pairwise(cuts)):
@@ -153,6 +152,11 @@ def narrowed(spec: Spec, automaton: HybridAutomaton, name: str, low: Q, high: Q)
         own = replace(automaton, params=put(automaton.params))
         return replace(spec, automata=tuple(own if a is automaton else a for a in spec.automata))
     return replace(spec, params=put(spec.params))
+
+
+def grid(low: Q, high: Q) -> list[Q]:
+    """The points that are decided first."""
+    return [low + (high - low) * k / GRID for k in range(GRID + 1)]
 
 
 def simplest(a: Q, b: Q) -> Q:

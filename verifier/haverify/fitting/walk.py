@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
-from haverify.fitting.curve import Curve, Residual, residual, samples
+from haverify.fitting.bands import Band, band
+from haverify.fitting.curve import Curve, Residual, residual
 from haverify.fitting.knots import Knots, knots
-from haverify.fitting.solve import degree, solve
+from haverify.fitting.solve import curve, points
 from haverify.recordings.cycles import Cycle, cycles, timed, whole
 from haverify.recordings.events import Steps, steps
 from haverify.recordings.phases import boundaries
@@ -49,6 +50,7 @@ class Walk:
     residuals: tuple[Residual, ...]
     held_residuals: tuple[Residual, ...]
     options: Options
+    bands: tuple[Band, ...]
     fixed: bool  # whether some boundary of phases is a usual share, not an event
 
     @property
@@ -124,12 +126,9 @@ def _fitted(
     grid = knots(shares, sum((c.length for c in every), Q(0)) / len(every))
     curves = []
     for joint in JOINTS:
-        d = options.degree if options.degree is not None else degree(training, joint, grid, options.order)
-        curves.append(solve(training, joint, grid, options.order, d))
+        curves.append(curve(points(training, joint, grid), joint, grid, options.order, options.degree))
     rounding = max(r.rounding for r in recordings)
-    trained, left = (
-        tuple(residual(c, *samples(part, c.joint), rounding) for c in curves) for part in (training, held_out)
-    )
+    trained, left = (tuple(residual(c, part, rounding) for c in curves) for part in (training, held_out))
     made = Walk(
         recordings=tuple(recordings),
         strides=tuple(strides),
@@ -141,6 +140,7 @@ def _fitted(
         residuals=trained,
         held_residuals=left,
         options=options,
+        bands=tuple(b for j in JOINTS if (b := band(training, j)) is not None),
         fixed=bool(found),
     )
     return made, found

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
-from haverify.maths.polynomial import variable
+from haverify.maths.polynomial import Polynomial, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Constant, HybridAutomaton, Param, Range
 from haverify.model.spec import Spec
@@ -18,12 +18,16 @@ Q = Fraction
 
 @holder
 class Values:
-    """What a spec's constants and enumerations are worth inside one automaton; `symbolic` constants stay variables."""
+    """What a spec's constants and enumerations are worth inside one automaton; `symbolic` constants stay variables.
+
+    `names` is what params mean to constants that read them.
+    """
 
     constants: dict[str, Constant]
     positions: dict[str, dict[str, Q]]
     symbolic: frozenset[str] = frozenset()
     known: dict[str, list[Case] | Formula] = field(default_factory=dict)
+    names: Mapping[str, Polynomial] = field(default_factory=dict)
 
     def constant(self, name: str) -> list[Case] | Formula:
         """The value of a constant: cases (one, as a rule), or a truth value."""
@@ -43,8 +47,8 @@ class Values:
         return scope.formula(value) if scope.is_truth(value) else scope.cases(value)
 
     def scope(self, where: str) -> Scope:
-        """A scope in which only constants mean something."""
-        return Scope(where, {}, {}, self.constant, self.symbol, frozenset(), {})
+        """A scope in which only constants mean something, and what they may read."""
+        return Scope(where, self.names, {}, self.constant, self.symbol, frozenset(), {})
 
     def symbol(self, enum: str, value: str) -> Q:
         """The number of an enumeration's value."""

@@ -23,7 +23,7 @@ from haverify.obligations.parts import JUMPY, NEGATED, edge_names
 from haverify.obligations.premises import Premises, mapped
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import Case, OutsideFragmentError, Scope
-from haverify.text.record import field, holder, record
+from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 Invariant = Mapping[str, Formula]  # a formula for each mode
@@ -111,6 +111,12 @@ class Induction:
         return values_of(self.spec, self.automaton)
 
     @cached_property
+    def named(self) -> Values:
+        """What constants are worth that may read params."""
+        params = {n: p for n, p in self.names.items() if n in self.params}
+        return replace(self.values, known={}, names=params)
+
+    @cached_property
     def params(self) -> dict[str, tuple[Q, Q]]:
         """The ranges of the params."""
         return {p.name: self.values.interval(p.range) for p in params_of(self.spec, self.automaton)}
@@ -155,7 +161,7 @@ class Induction:
             f"mode {mode}",
             {**self.names, **(after or {})},
             lets,
-            self.values.constant,
+            self.named.constant,
             self.values.symbol,
             frozenset(),
             {},

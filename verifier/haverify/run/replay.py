@@ -16,14 +16,17 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.report import exit_codes
 from haverify.report import replay as facts
 from haverify.report.as_json import facts_as_json
+from haverify.report.report import Word
 from haverify.robot import checks, mechanics
 from haverify.robot.body import Description
 from haverify.robot.claims import Pace, claims_text
 from haverify.robot.cycle import Cycle, cycle_of
+from haverify.robot.enclosures import enclosed_finely
 from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
-from haverify.robot.trajectory import Trajectory, sampled
+from haverify.robot.trajectory import sampled
+from haverify.robot.verdicts import Decided, decided
 from haverify.run.examine import read
 from haverify.run.load import read_text
 from haverify.run.pipeline import Options, Outcome, check
@@ -79,7 +82,7 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
     if found := check_against(m, _outputs(automaton), [mode.name for mode in automaton.modes]):
         return Replayed(found, sources, None, None, 0.0)
     try:
-        cycle = cycle_of(spec, automaton, sorted({d.output for d in m.drives}))
+        cycle = cycle_of(spec, automaton, sorted({name for d in m.drives for name in d.outputs}))
     except OutsideFragmentError as e:
         raise UsageError(f"{path}: {m.automaton} cannot be replayed: {e}") from e
     return replace(_replayed(_Scene(path, robot, m, spec, automaton, cycle), options), sources=sources)
@@ -112,7 +115,10 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     passed = time.process_time() - started
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)
     outcome, written = _decided(s, pace, options)
-    told = [*_claims(outcome, s), *(_sample(c) for c in seen)]
+    sure = decided(s.robot, s.map, s.cycle, enclosed_finely(s.robot, s.map, s.cycle))
+    told = [*_claims(outcome), *(_enclosed(c, s.map) for c in sure)]
+    told += [_sample(c) for c in seen if c.name not in _DECIDED]
+    certain = _pace(pace, outcome)
     code = exit_codes.worst([outcome.report.summary.exit_code, *map(_code, told)])
     found = facts.Replay(
         schema=facts.SCHEMA,
@@ -126,8 +132,8 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
         mass_kg=float(s.robot.robot.mass),
         checks=told,
         joints=[facts.Joint(n, **{k: round(v, 9) for k, v in row.items()}) for n, row in margins.items()],
-        pace=_pace(pace, outcome),
-        notes=_notes(s, t),
+        pace=certain,
+        notes=_notes(s, certain),
         exit_code=code,
     )
     if options.report is not None:
@@ -150,7 +156,7 @@ def _decided(s: _Scene, pace: Pace | None, options: Options) -> tuple[Outcome, s
         return check(str(file), options), os.path.relpath(file)
 
 
-def _claims(outcome: Outcome, s: _Scene) -> list[facts.Check]:
+def _claims(outcome: Outcome) -> list[facts.Check]:
     """The claims as rows of the table."""
     rows = []
     for c in outcome.report.claims:
@@ -180,6 +186,34 @@ def _claims(outcome: Outcome, s: _Scene) -> list[facts.Check]:
     return rows
 
 
+_DECIDED = frozenset(  # by enclosures, under names that tell more
+    ("swing sole above ground", "ground pushes", "friction cone", "zero moment point", "centre of mass over sole")
+)
+_BY_CLAIMS = frozenset(("joint position", "joint speed"))
+
+
+def _enclosed(c: Decided, m: Map) -> facts.Check:
+    expected: Word = "refuted" if c.name in m.expected else "proved"
+    verdict: Word = "proved" if c.verdict == "proved" else "refuted" if c.verdict == "refuted" else "unknown"
+    margin = c.high if verdict == "refuted" else c.low
+    return facts.Check(
+        name=c.name,
+        what=c.what,
+        basis="enclosed",
+        verdict=verdict,
+        expected=expected,
+        met=verdict == expected,
+        advice=False,
+        value=None,
+        limit=None,
+        margin=_finite(margin),
+        unit=c.unit,
+        time_s=c.start,
+        mode=c.mode,
+        note=f"the least margin lies between {c.low:.6g} and {c.high:.6g} {c.unit}",
+    )
+
+
 def _sample(c: checks.Sampled) -> facts.Check:
     met = None if c.margin is None else bool(c.margin >= 0)
     return facts.Check(
@@ -189,7 +223,7 @@ def _sample(c: checks.Sampled) -> facts.Check:
         verdict="unknown",
         expected=None,
         met=met,
-        advice=bool(c.note) and c.name in ("joint speed", "joint torque"),
+        advice=c.name in _BY_CLAIMS or (bool(c.note) and c.name == "joint torque"),
         value=_finite(c.value),
         limit=c.limit,
         margin=_finite(c.margin),
@@ -205,10 +239,11 @@ def _finite(x: float | None) -> float | None:
 
 
 def _code(c: facts.Check) -> int:
-    """What a check earns: samples that break a limit leave it undecided."""
-    if c.basis != "sampled":
-        return exit_codes.OK
-    return exit_codes.UNDECIDED if c.met is False and not c.advice else exit_codes.OK
+    """What a check earns; samples that break a limit leave it undecided, and of claims the report says it."""
+    if c.basis == "enclosed" and c.time_s is not None:
+        return exit_codes.OK if c.met else exit_codes.UNDECIDED if c.verdict == "unknown" else exit_codes.WRONG
+    is_broken = c.basis == "sampled" and c.met is False and not c.advice
+    return exit_codes.UNDECIDED if is_broken else exit_codes.OK
 
 
 def _pace(pace: Pace | None, outcome: Outcome) -> facts.Pace | None:
@@ -219,13 +254,25 @@ def _pace(pace: Pace | None, outcome: Outcome) -> facts.Pace | None:
     return facts.Pace(str(pace.proved), str(pace.refuted), certain)
 
 
-def _notes(s: _Scene, t: Trajectory) -> list[str]:
-    notes = ["sampled rows are what 1000 samples a second show: they prove nothing"]
+def _notes(s: _Scene, pace: facts.Pace | None) -> list[str]:
+    notes = []
+    if pace is not None and pace.is_certain:
+        notes.append(
+            f"every speed limit holds at {_decimal(pace.proved)} of the gait's pace, not at {_decimal(pace.refuted)}"
+        )
+    if s.cycle.params:
+        said = ", ".join(f"{name} = {float(value):g}" for name, value in s.cycle.params.items())
+        notes.append(f"claims hold for every value of the params; forces are enclosed and sampled for {said}")
+    notes.append("sampled rows are what 1000 samples a second show: they prove nothing")
     if s.robot.advice:
         notes.append(f"limits of speed and torque are placeholders: {s.robot.advice_because}")
     if not s.cycle.closes:
         notes.append("the cycle does not close: the state at its end is not that at its begin")
     return notes
+
+
+def _decimal(text: str) -> str:
+    return f"{float(Q(text)):.4f}"
 
 
 def _write(folder: Path, found: facts.Replay) -> None:

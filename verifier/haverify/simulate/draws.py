@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 
-from haverify.analyses.flow_model import COMPARISONS, MIRRORED, members
+from haverify.analyses.hybrid.conditions import COMPARISONS, MIRRORED, members
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Input
 from haverify.obligations.constants import Values

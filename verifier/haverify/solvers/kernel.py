@@ -377,3 +377,24 @@ def _stretch(
     made = None if jump is None else Jump(jump[0], jump[1], jump[2], jump[3], Judgement(*jump[4]))
     passed = [Stage(t, x, watched, Judgement(*claim), kept, stay) for t, x, watched, claim, kept, stay in stages]
     return Stretch(parent, mode, jumps, certain, made, passed, end, last)
+
+
+@record
+class Fineness:
+    """How finely to enclose a motion: order of the polynomials, halvings on a path, stretches of time at all."""
+
+    order: int = 2
+    depth: int = 16
+    stretches: int = 20_000
+
+
+def along(
+    positions: Listing, readout: Listing, derivatives: int, time: Pair, widths: Sequence[float], fineness: Fineness
+) -> list[tuple[float, float, list[Pair] | None]]:
+    """Enclose quantities of a motion over stretches of time, which are halved until all are as narrow as `widths`.
+
+    `positions` are functions of variable 0, the time; variable `d * n + i` of `readout` is the `d`-th derivative of the
+    `i`-th of these `n`. A stretch has None where some quantity has no enclosure.
+    """
+    f = fineness
+    return _kernel.along(positions, readout, derivatives, time, list(widths), (f.order, f.depth, f.stretches))

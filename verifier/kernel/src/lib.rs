@@ -25,6 +25,7 @@ pub mod flowpipe;
 pub mod hybrid;
 pub mod interval;
 mod judging;
+pub mod kinematics;
 pub mod matrix;
 pub mod models;
 pub mod path;

@@ -5,6 +5,7 @@ use crate::environment::guarded;
 use crate::fault::Fault as Why;
 use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::interval::{Enclosure, Interval};
+use crate::kinematics;
 use crate::ratio;
 use crate::series::{Op, Tape};
 use num_bigint::BigInt;
@@ -132,6 +133,8 @@ pub(crate) fn condition(words: &mut std::slice::Iter<(String, usize)>, depth: us
     })
 }
 
+/// A stretch of time and what quantities lie in there.
+type PieceRow = (f64, f64, Option<Vec<Pair>>);
 /// A segment as Python gets it: where it starts, its length, the states, the watched quantities.
 type Row = (Pair, f64, Vec<Pair>, Vec<Pair>);
 
@@ -229,6 +232,29 @@ mod _kernel {
     ) -> PyResult<Tree> {
         let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
         followed(py, &modes, &start, horizon, until, limits)
+    }
+
+    /// Quantities of a motion over stretches of time: ends, and what each quantity lies in, where it has an enclosure.
+    #[pyfunction]
+    fn along(
+        py: Python<'_>,
+        positions: Listing,
+        readout: Listing,
+        derivatives: usize,
+        time: Pair,
+        widths: Vec<f64>,
+        order_depth_stretches: (usize, u32, usize),
+    ) -> PyResult<Vec<PieceRow>> {
+        let (order, depth, stretches) = order_depth_stretches;
+        let analysis = || -> Result<Vec<kinematics::Piece>, Why> {
+            let positions = tape(&positions, 1)?;
+            let readout = tape(&readout, positions.outputs.len() * (derivatives + 1))?;
+            let motion = kinematics::Motion { positions, readout, derivatives };
+            let fineness = kinematics::Fineness { order, widths, depth, stretches };
+            Ok(kinematics::along(&motion, Interval::new(time.0, time.1)?, &fineness))
+        };
+        let pieces = py.detach(|| guarded(analysis)).map_err(|why| Fault::new_err(why.to_string()))?;
+        Ok(pieces.into_iter().map(|p| (p.low, p.high, p.values.as_deref().map(pairs))).collect())
     }
 
     #[pyfunction]

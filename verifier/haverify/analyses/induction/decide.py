@@ -10,18 +10,23 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.induction.counterexample import leaving, state_text
+from haverify.analyses.induction.counterexample import Leaving, leaving, state_text
+from haverify.analyses.induction.excluding import excluding
 from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
+from haverify.analyses.induction.portrait import portrait
 from haverify.analyses.induction.prove import prove
+from haverify.analyses.induction.reached import nearest, reached_text
 from haverify.analyses.induction.refutation import Start, at_once, by_jump, by_run, starts
 from haverify.analyses.induction.refute import Effort
+from haverify.analyses.induction.written import written
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run, Step
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
+from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.induction import Induction, Invariant, Obligation
@@ -61,11 +66,13 @@ def decide_invariant(
     """
     known = hashes(spec, automaton, core)
     seconds = SECONDS * float(scale)
-    answers = [_goal(spec, automaton, claim, goal, known, number, seconds) for number, goal in enumerate(claim.goals)]
+    drawn: list[Json] = []
+    asked = ((Induction(spec, automaton, claim, g, _conditions(spec, claim)), n) for n, g in enumerate(claim.goals))
+    answers = [_goal(induction, known, number, seconds, drawn) for induction, number in asked]
     verdict = _combined([v for v, _, _ in answers])
     parts = tuple(p for _, _, found in answers for p in found)
     if isinstance(verdict, Unknown):
-        return Evidence(verdict, parts, METHOD)
+        return Evidence(verdict, parts, METHOD, flowpipe=next((d for d in drawn if d is not None), None))
     word = "proved" if isinstance(verdict, Proved) else "refuted"
     return Evidence(verdict, parts, METHOD, certificate(claim.name, word, [e for _, e, _ in answers], None))
 
@@ -76,33 +83,42 @@ def _combined(verdicts: list[Verdict]) -> Verdict:
     return refuted or unknown or Proved()
 
 
+def _used(spec: Spec, claim: Claim) -> list[Claim]:
+    return [c for c in spec.claims if c.name in claim.using]
+
+
+def _conditions(spec: Spec, claim: Claim) -> tuple[Expr, ...]:
+    return tuple(c.goals[0].condition for c in _used(spec, claim))
+
+
 def _goal(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int, seconds: float
+    induction: Induction, known: Hashes, number: int, seconds: float, drawn: list[Json]
 ) -> tuple[Verdict, Json, list[PartResult]]:
-    used = [c for c in spec.claims if c.name in claim.using]
-    using = tuple(c.goals[0].condition for c in used)
-    induction = Induction(spec, automaton, claim, goal, using)
+    """The verdict on a goal, its entry, its parts; what a figure shows of one that is open goes to `drawn`."""
     induction.check()
     start = next(starts(induction, more=False), None)
     if start is None:
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
     shown = _quickly(induction)
     if not shown.is_proved():
-        refuted = _refuted(induction, known, number)
+        refuted = _refuted(induction, shown, known, number)
         if refuted is not None:
             return refuted
         shown = _shown(induction, shown, seconds)
     if not shown.is_proved():
-        return _open(shown), {}, _parts(shown, number)
+        return _open(shown, drawn), {}, _parts(shown, number)
+    used = _used(induction.spec, induction.claim)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
-    return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
+    return (Proved() if induction.goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
-def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict, Json, list[PartResult]] | None:
-    """A start, or a run, that violates the goal."""
+def _refuted(
+    induction: Induction, shown: Shown, known: Hashes, number: int
+) -> tuple[Verdict, Json, list[PartResult]] | None:
+    """A start, or a run, that violates the goal; what was `shown` of the goal as an invariant says where to look."""
     told = known.goal(induction.claim, induction.goal)
     verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
-    start = at_once(induction, FEW) or by_jump(induction) or at_once(induction)
+    start = _start_refuting(induction, {ob.kind for ob, proof in shown.parts if proof is None})
     if start is not None:
         entry = started(induction, start, known.part(told, "start", start.mode, ""))
         steps = tuple(Step(Q(0), k, chosen) for k, chosen in start.jumps)
@@ -114,6 +130,13 @@ def _refuted(induction: Induction, known: Hashes, number: int) -> tuple[Verdict,
         return None
     entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
     return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def _start_refuting(induction: Induction, failed: set[str]) -> Start | None:
+    """A start that violates the goal, or does after a jump, where that part of the goal was not shown."""
+    found = at_once(induction, FEW) if "init" in failed else None
+    found = found or (by_jump(induction) if failed & {"init", "edge"} else None)
+    return found or (at_once(induction) if "init" in failed else None)
 
 
 def started(induction: Induction, start: Start, digest: str) -> Json:
@@ -202,7 +225,7 @@ def _parts(shown: Shown, number: int) -> list[PartResult]:
     return found
 
 
-def _open(shown: Shown) -> Unknown:
+def _open(shown: Shown, drawn: list[Json]) -> Unknown:
     """What is not shown, and a state that says why, if there is one."""
     induction = shown.induction
     failed = [ob for ob, proof in shown.parts if proof is None]
@@ -215,7 +238,24 @@ def _open(shown: Shown) -> Unknown:
         if found is not None:
             place = f"the jump {ob.where}" if ob.kind == "edge" else f"the {ob.kind} of mode {ob.where}"
             reason = f"not inductive: {place} breaks it at {state_text(induction, found)}"
-            reached = "that state is not known to be reachable: runs from sampled starts keep the claim"
-            step = "add a conjunct that excludes this state and holds on all runs, or leave out `inductive`"
-            return Unknown("inductive", reason, reached, found.told, step)
+            near = nearest(induction, found)
+            drawn.append(portrait(induction, found, shown.formulas[ob.mode], near))
+            return Unknown("inductive", reason, reached_text(induction, near), found.told, _cure(shown, found))
     return Unknown("invariant", f"not shown: {places}; no state that leaves it was found either")
+
+
+def _cure(shown: Shown, found: Leaving) -> str:
+    """What may be added to an invariant, as it is written."""
+    induction = shown.induction
+
+    def is_proved(formulas: Invariant, is_deep: bool) -> bool:
+        return attempt(induction, formulas, Effort(is_deep=is_deep)).is_proved()
+
+    added = excluding(induction, shown.formulas, found.mode, found.point, is_proved)
+    if added is None:
+        return "add a conjunct that excludes this state and holds on all runs, or leave out `inductive`"
+    params = (*induction.spec.params,)
+    texts = {m: written(f, induction.automaton, params, induction.functions) for m, f in added.items()}
+    is_alone = len(induction.automaton.modes) == 1
+    terms = [text if is_alone else f"(at({m}) implies {text})" for m, text in texts.items()]
+    return f"add `and {' and '.join(terms)}`: it excludes this state, and with it every part is proved"

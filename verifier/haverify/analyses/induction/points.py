@@ -26,7 +26,7 @@ FEW = (Q(0), Q(1), Q(-1), Q(2), Q(-2), Q(1, 2), Q(-1, 2), Q(10), Q(-10))
 def satisfying(premises: Premises, names: Iterable[str], tries: int = TRIES) -> Point | None:
     """Values of the names for which all entries certainly hold; None where none was found."""
     wanted = sorted(names)
-    for limit in (FIRST_TRIES, tries):
+    for limit in sorted({min(FIRST_TRIES, tries), tries}):
         for solved in _cases(premises):
             found = _search(solved, premises, wanted, limit)
             if found is not None:

@@ -17,7 +17,7 @@ from haverify.maths.polynomial import Polynomial, constant, total, variable
 from haverify.obligations.formula import Literal
 from haverify.solvers.positivity import semidefinite
 from haverify.solvers.positivity.ansatz import Ansatz, Cone, Free, monomials
-from haverify.solvers.positivity.levels import MOST_PREMISES, Question
+from haverify.solvers.positivity.levels import MOST_PREMISES, Question, degree_in
 from haverify.solvers.positivity.refute import coordinates
 from haverify.text.record import record
 
@@ -47,7 +47,8 @@ def barrier(
     known = (*domain, *start, *unsafe)
     there, back = coordinates(Question(known, tuple(range(len(known))), total(variable(v) for v in names)))
     moved = {v: (field[v].substitute(there)).scaled(1 / there[v].terms[((v, 1),)]) for v in names if v in field}
-    basis = monomials(names, shape.degree)
+    core = _core(names, moved)
+    basis = monomials(core, shape.degree)
     if len(basis) > 300:
         return None
     tags = [variable(f"?{k}") for k in range(3)]
@@ -57,7 +58,7 @@ def barrier(
         unknowns.append(Free((BARRIER, m), m * tags[0] - m * tags[1] - flow * tags[2]))
     cones = []
     for k, (tag, premises) in enumerate(zip(tags, (start, unsafe, domain), strict=True)):
-        cones += _cones(k, tag, [_moved(q, there) for q in premises], names, shape)
+        cones += _cones(k, tag, [_moved(q, there) for q in premises], core, shape)
     free = [*unknowns, *(c for c in cones if isinstance(c, Free))]
     only = [c for c in cones if isinstance(c, Cone)]
     size = sum(len(c.basis) * (len(c.basis) + 1) // 2 for c in only)
@@ -67,12 +68,46 @@ def barrier(
     numbers = semidefinite.approximate(Ansatz(target, tuple(free), tuple(only)), seconds)
     if numbers is None:
         return None
-    found = [(m, numbers.get((BARRIER, m), 0.0)) for m in basis]
+    return _rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
+
+
+def trap(
+    domain: Sequence[Literal], field: Field, names: tuple[str, ...], rate: Fraction, seconds: float
+) -> Polynomial | None:
+    """A positive definite quadratic polynomial that decreases where it is large: `p' <= c - rate * p` for some c."""
+    there, back = coordinates(Question(tuple(domain), tuple(range(len(domain))), total(variable(v) for v in names)))
+    moved = {v: (field[v].substitute(there)).scaled(1 / there[v].terms[((v, 1),)]) for v in names if v in field}
+    core = _core(names, moved)
+    basis = monomials(core, 2)[1:]
+    size, flow = variable("?0"), variable("?1")
+    unknowns = [Free((BARRIER, m), -(m * size) + (derivative(m, moved) + m.scaled(rate)) * flow) for m in basis]
+    unknowns += [Free((BARRIER, constant(1)), -flow), Free((BARRIER - 1, constant(1)), -size)]
+    top = max([2, *(degree_in(derivative(m, moved), set(core)) for m in basis)])
+    shape = Shape(2, top, rate)
+    cones = [*_cones(0, size, [], core, shape), *_cones(2, flow, [_moved(q, there) for q in domain], core, shape)]
+    wanted = total(variable(v) * variable(v) for v in core) * size
+    free, only = [f for f in cones if isinstance(f, Free)], [c for c in cones if isinstance(c, Cone)]
+    if len(basis) > 100 or sum(len(c.basis) ** 2 for c in only) > 2 * MOST_ENTRIES:
+        return None
+    numbers = semidefinite.approximate(Ansatz(wanted, (*unknowns, *free), tuple(only)), seconds)
+    return None if numbers is None else _rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
+
+
+def _rounded(found: Sequence[tuple[Polynomial, float]], back: Field) -> Polynomial | None:
+    """The sum with coefficients rounded to 12 bits of the largest one, in the coordinates of the system."""
     largest = max(abs(c) for _, c in found)
     if not largest > 1e-9:
         return None
-    rounded = [m.scaled(Fraction(round(c / largest * 2**12), 2**12)) for m, c in found]
-    return total(rounded).substitute(back)
+    return total(m.scaled(Fraction(round(c / largest * 2**12), 2**12)) for m, c in found).substitute(back)
+
+
+def _core(names: tuple[str, ...], field: Field) -> tuple[str, ...]:
+    """The names that move, where the others occur in the rates at most once; else all names."""
+    fixed = {v for v in names if v not in field or not field[v].whole}
+    rates = [field[v] for v in names if v in field]
+    if any(degree_in(p, fixed) > 1 for p in rates) or len(fixed) == len(names):
+        return names
+    return tuple(v for v in names if v not in fixed)
 
 
 def _moved(q: Literal, there: dict[str, Polynomial]) -> Literal:
@@ -89,12 +124,12 @@ def _cones(
     for i, p in enumerate(
         _squeezed([-q.polynomial for q in premises if q.op in ("<", "<=") and q.polynomial.variables])
     ):
-        room = degree - p.total_degree()
+        room = degree - degree_in(p, set(names))
         if room >= 0:
             found.append(Cone((k, i), p * tag * constant(_size(p)), tuple(monomials(names, room // 2))))
     for i, q in enumerate(premises):
         if q.op == "==":
-            room = max(degree - q.polynomial.total_degree(), 0)
+            room = max(degree - degree_in(q.polynomial, set(names)), 0)
             found += [Free((k, -i - 1, m), m * q.polynomial * tag) for m in monomials(names, room)]
     return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
+from haverify.analyses.synthesis.barriers import trap
 from haverify.analyses.synthesis.candidates import (
     below,
     closures,
@@ -19,11 +20,14 @@ from haverify.analyses.synthesis.keep import boundary
 from haverify.analyses.synthesis.lyapunov import forms
 from haverify.analyses.synthesis.samples import branches, inside
 from haverify.analyses.synthesis.search import CHEAP, MEDIUM, Search
-from haverify.maths.polynomial import Polynomial
-from haverify.obligations.formula import Literal, literals, negation
+from haverify.maths.polynomial import Polynomial, total, variable
+from haverify.obligations.formula import Literal, literals, negation, variables
 from haverify.obligations.premises import Premises
-from haverify.solvers.positivity.levels import Level
+from haverify.solvers.positivity.levels import AFFINE, NUMBERS, SQUARES, Level
 from haverify.solvers.positivity.refute import is_absurd, refute
+
+RATES = (Fraction(1), Fraction(1, 4), Fraction(4))
+LARGEST = 8
 
 
 def decreasing(search: Search) -> None:
@@ -50,6 +54,32 @@ def integrals(search: Search) -> None:
                 break
     for p in found[:12]:
         _bounded(search, p)
+
+
+def rounds(search: Search) -> None:
+    """Sums of squares of what moves, bounded between starts and unsafe states."""
+    field = search.system.field
+    for names in closures(field):
+        moving = [v for v in names if v in field and field[v].whole and v != "time"]
+        if len(moving) > 1:
+            _bounded(search, total(variable(v) * variable(v) for v in moving), (NUMBERS, AFFINE, SQUARES))
+
+
+def traps(search: Search) -> None:
+    """Quadratic forms that decrease where they are large, bounded beyond the starts."""
+    field = search.system.field
+    for names in closures(field):
+        moving = [v for v in names if v in field and field[v].whole]
+        if not 1 < len(moving) <= LARGEST or "time" in names:
+            continue
+        domain = [e for e in search.premises().entries if isinstance(e, Literal) and variables(e) <= set(names)]
+        for rate in RATES:
+            p = None if search.is_over() else trap(domain, field, names, rate, 5.0)
+            known = len(search.cuts)
+            if p is not None:
+                _bounded(search, p, (NUMBERS, AFFINE, SQUARES))
+            if len(search.cuts) > known:
+                break
 
 
 def _degrees(names: int) -> tuple[int, ...]:

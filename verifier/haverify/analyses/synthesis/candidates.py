@@ -63,7 +63,11 @@ def shapes(system: System) -> list[Polynomial]:
     kept = []
     for p in found:
         bare = whole(p)
-        if bare.variables and bare not in seen and -bare not in seen:
+        if (
+            any(system.field[v].whole for v in bare.variables if v in system.field)
+            and bare not in seen
+            and -bare not in seen
+        ):
             seen.add(bare)
             kept.append(p)
     return kept

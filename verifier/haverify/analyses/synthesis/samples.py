@@ -95,6 +95,9 @@ def inside(literals: Sequence[Literal], names: Sequence[str], count: int, seed: 
     low, high = _ranges(literals, names)
     points = low + (high - low) * random.random((4 * count, len(names)))
     points[0] = (low + high) / 2
+    corners = points[1 : 1 + count]
+    corners[:] = numpy.where(random.random(corners.shape) < 0.5, low, high)  # what is extreme there is often so
+    random.shuffle(points[1:])
     value = [compiled(q.polynomial, names) for q in literals]
     slopes = [[compiled(q.polynomial.derivative(v), names) for v in names] for q in literals]
     for _ in range(40):

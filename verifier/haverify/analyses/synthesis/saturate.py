@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from time import process_time
 
-from haverify.analyses.synthesis.bounded import boxes, decreasing, integrals
+from haverify.analyses.synthesis.bounded import boxes, decreasing, integrals, rounds, traps
 from haverify.analyses.synthesis.keep import keep
 from haverify.analyses.synthesis.samples import Samples, sample
 from haverify.analyses.synthesis.search import CHEAP, DEAR, MEDIUM, Search, linked_names
@@ -67,8 +67,11 @@ def _restricted(system: System, names: set[str], goal: Sequence[Formula]) -> Sys
 def _cuts(system: System, seconds: float) -> list[Cut] | None:
     unsafe = [negation(g) for g in members(system.goal, is_and=True)]
     search = Search(system, sample(system), process_time() + seconds, [], set(), [], unsafe)
-    for stage, levels in STAGES:
+    end = search.until
+    for stage, levels, share in STAGES:
+        search.until = min(end, process_time() + share * seconds)
         stage(search)
+        search.until = end
         if search.is_done(levels):
             return search.cuts
         if search.is_over():
@@ -105,17 +108,19 @@ def _again(system: System, cuts: Sequence[Cut], unsafe: Sequence[Formula]) -> Se
 
 
 LAST_SECONDS = 15.0
-STAGES: tuple[tuple[Callable[[Search], None], tuple[Level, ...]], ...] = (
-    (equations, CHEAP),
-    (constants, CHEAP),
-    (goal_itself, CHEAP),
-    (integrals, MEDIUM),
-    (signs, MEDIUM),
-    (boxes, MEDIUM),
-    (decreasing, MEDIUM),
-    (higher, MEDIUM),
-    (lambda s: barriers(s, FIRST), DEAR),
-    (lambda s: signs(s, MEDIUM), DEAR),
-    (lambda s: boxes(s, MEDIUM), DEAR),
-    (lambda s: barriers(s, LATER), DEAR),
+STAGES: tuple[tuple[Callable[[Search], None], tuple[Level, ...], float], ...] = (
+    (equations, CHEAP, 0.1),  # and the greatest share of the time
+    (constants, CHEAP, 0.1),
+    (goal_itself, CHEAP, 0.1),
+    (integrals, MEDIUM, 0.2),
+    (rounds, MEDIUM, 0.1),
+    (signs, MEDIUM, 0.25),
+    (boxes, MEDIUM, 0.2),
+    (decreasing, MEDIUM, 0.15),
+    (traps, MEDIUM, 0.1),
+    (higher, MEDIUM, 0.2),
+    (lambda s: barriers(s, FIRST), DEAR, 0.4),
+    (lambda s: signs(s, MEDIUM), DEAR, 0.3),
+    (lambda s: boxes(s, MEDIUM), DEAR, 0.3),
+    (lambda s: barriers(s, LATER), DEAR, 1.0),
 )

@@ -73,12 +73,12 @@ def affine_names(question: Question) -> frozenset[str]:
     found: set[str] = set()
     for v in names_of(question):
         is_once = v not in named and sum(v in p.variables for p in joint) == 1
-        if is_once and all(_degree(p, {*found, v}) <= 1 for p in joint):
+        if is_once and all(degree_in(p, {*found, v}) <= 1 for p in joint):
             found.add(v)
     return frozenset(found) if set(names_of(question)) - found else frozenset()
 
 
-def _degree(p: Polynomial, names: Names[str]) -> int:
+def degree_in(p: Polynomial, names: Names[str]) -> int:
     """The degree in some names together."""
     return max((sum(e for v, e in m if v in names) for m in p.whole), default=0)
 
@@ -89,16 +89,16 @@ def ansatz(question: Question, level: Level) -> Ansatz:
     linear = affine_names(question) if level.method == "affine" else frozenset()
     names = tuple(v for v in names_of(question) if v not in linear)
     polys = [q.polynomial for _, q in literals] + ([] if question.target is None else [question.target])
-    top = max((_degree(p, set(names)) for p in polys), default=0)
+    top = max((degree_in(p, set(names)) for p in polys), default=0)
     degree = top + top % 2 + level.degree
     signed = [i for i, q in literals if q.op in ("<", "<=")][-(MOST_BOUNDS if linear else MOST_PREMISES) :]
     cones = list(_cones(question.premises, signed, names, degree, level))
-    free = [f for f in question.free if _degree(f.poly, linear) <= 1]
+    free = [f for f in question.free if degree_in(f.poly, linear) <= 1]
     for i, q in literals:
         if q.op == "==":
-            room = max(degree - _degree(q.polynomial, set(names)), 0) if level.method != "numbers" else 1
+            room = max(degree - degree_in(q.polynomial, set(names)), 0) if level.method != "numbers" else 1
             factors = monomials(names, room)
-            if not _degree(q.polynomial, linear):
+            if not degree_in(q.polynomial, linear):
                 factors += [m * variable(v) for v in sorted(linear) for m in monomials(names, room)]
             free += [Free((i, m), m * q.polynomial) for m in factors]
     strict = _strict(question.premises, literals, degree) if question.target is None else ()
@@ -112,7 +112,7 @@ def _cones(
     for count in range(level.products + 1):
         for places in combinations(signed, count):
             factor = nonnegative(premises, places)
-            room = degree - _degree(factor, set(names))
+            room = degree - degree_in(factor, set(names))
             if room >= 0 or (count == 1 and level.method == "numbers"):
                 half = 0 if level.method == "numbers" and count else max(room, 0) // 2
                 yield Cone(places, factor, tuple(monomials(names, half)))
