@@ -141,7 +141,7 @@ impl<'a> Flow<'a> {
             let path = Path { h, space: self.shared.clone(), series: Arc::new(series), lagrange, moved };
             return Ok((
                 Step { h, path, tube, transition },
-                (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
+                (h * factor.clamp(0.3, growth)).max(self.settings.least_step).min(self.settings.longest_step),
             ));
         }
         Err(Fault::Step)
