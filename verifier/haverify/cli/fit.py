@@ -27,14 +27,15 @@ def run(called: argparse.Namespace) -> int:
         raise UsageError(f"{path}: the spec's name is letters, digits and _, and ends in .ha")
     options = _options(called)
     read = recorded(called.files, called.angles or "")
-    found = list(read.found)
+    tried = recorded(called.held_out or [], called.angles or "")
+    found = [*read.found, *tried.found]
     made: Walk | None = None
     if not any(is_error(d) for d in found):
         if not read.recordings:
             raise UsageError("no recording among the files: only ground forces")
-        made, more = walk(read.recordings, read.forces, options)
+        made, more = walk(read.recordings, read.forces, options, tried.recordings)
         found += more
-    sys.stderr.write(render_all(found, read.sources, wants_colour()))
+    sys.stderr.write(render_all(found, read.sources | tried.sources, wants_colour()))
     if made is None:
         return UNREADABLE
     for name, text in emit(made, stem).items():

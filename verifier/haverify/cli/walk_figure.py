@@ -32,7 +32,9 @@ def _pane(walk: Walk, c: Curve) -> Pane:
     t = np.linspace(0, float(walk.knots.period) * (1 - 1e-9), 401)
     curve = Series(tuple(zip(t.tolist(), c.at(t).tolist(), strict=True)), 1)
     low, high = _band(walk, c.joint)
-    return Pane(f"{told(c.joint)} [deg]", (curve, *series), low, high)
+    return Pane(
+        f"{told(c.joint)} [deg]", (*series, curve) if len(series[0].points) > 300 else (curve, *series), low, high
+    )
 
 
 def _band(walk: Walk, joint: str) -> tuple[tuple[Point, ...], tuple[Point, ...]]:

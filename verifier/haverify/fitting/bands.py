@@ -25,7 +25,7 @@ LEVEL = 0.95
 
 @record
 class Band:
-    """`mean` and `sd` (101,) of some cycles over the percents of the cycle; it reaches `k` of the latter up and down."""
+    """`mean` and `sd` (101,) of some cycles over their percents; the band reaches `k` of the latter up and down."""
 
     joint: str
     mean: Array

@@ -133,10 +133,17 @@ def _automaton(walk: Walk) -> str:
         spread, why = "[0.9, 1.1]", "a declared tenth around that of the one recorded cycle"
     at = [tables.text(t) for t in walk.knots.at]
     slots = "\n".join(f"    {name} until {t} s" for name, t in zip(PHASES, at[1:], strict=True))
-    lets = "\n".join(f"  /// {told(j).capitalize()}.\n  let {j}: deg = {j.upper()}[phase](u)" for j in JOINTS)
+    more = {j: f" + shift_{j}" for j in JOINTS} if walk.shifts else dict.fromkeys(JOINTS, "")
+    lets = "\n".join(f"  /// {told(j).capitalize()}.\n  let {j}: deg = {j.upper()}[phase](u){more[j]}" for j in JOINTS)
+    shifts = "".join(
+        f"param shift_{c.joint}: deg in [{tables.text(a)} deg, {tables.text(b)} deg] default 0 deg\n"
+        for c, (a, b) in zip(walk.curves, walk.shifts, strict=bool(walk.shifts))
+    )
+    if shifts:
+        shifts = "/// How far whole recordings lie from the mean curve: unknown, constant along a run.\n" + shifts
     return f"""/// Walking speed as a multiple of the mean one: {why}. Claims hold for all its values.
 param speed: 1 in {spread} default 1
-
+{shifts}
 /// The walk: a clock from heel strike to heel strike, in each phase a polynomial of the local time u for each joint.
 automaton Walk {{
   var x: s in [0 s, {tables.text(walk.knots.period)} s]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import ceil, floor
 
+from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.fitting.bands import Band, band
 from haverify.fitting.curve import Curve, Residual, residual
@@ -38,7 +40,11 @@ class Options:
 
 @record
 class Walk:
-    """A fitted walk. `training` cycles made the curves, `held_out` ones did not; residuals are of each."""
+    """A fitted walk. `training` cycles made the curves, `held_out` ones did not; residuals are of each.
+
+    `shifts` are how far whole recordings lie from each curve, of several recordings. `rounding` is that of the angles.
+    `is_tried` where the held-out cycles are of recordings given for that, whose claims are to be proved as they are.
+    """
 
     recordings: tuple[Recording, ...]
     strides: tuple[Stride, ...]
@@ -51,7 +57,9 @@ class Walk:
     held_residuals: tuple[Residual, ...]
     options: Options
     bands: tuple[Band, ...]
-    fixed: bool  # whether some boundary of phases is a usual share, not an event
+    shifts: tuple[tuple[Q, Q], ...]
+    rounding: Q
+    is_tried: bool
 
     @property
     def cycles(self) -> tuple[Cycle, ...]:
@@ -59,25 +67,44 @@ class Walk:
 
 
 def walk(
-    recordings: Sequence[Recording], forces: Sequence[Forces], options: Options
+    recordings: Sequence[Recording],
+    forces: Sequence[Forces],
+    options: Options,
+    tried: Sequence[Recording] = (),
 ) -> tuple[Walk | None, list[Diagnostic]]:
-    """The walk in some recordings, with findings; None where one of them is an error."""
+    """The walk in some recordings, with findings; None where one of them is an error.
+
+    Cycles of `tried` recordings are the ones held out, if there are any: all cycles of the others make the curves.
+    """
     found: list[Diagnostic] = []
-    seen: list[tuple[Recording, Stride, Steps]] = []
-    for r in recordings:
-        s, more = _stride(r)
-        found += more
-        if s is not None:
-            events = steps(r, s, _forces_of(r, forces), options.events)
-            found += events.found
-            seen.append((r, timed(s, events), events))
-    options = replace(options, leg=options.leg or _leg(seen))
-    groups = [cycles(*one, options.leg) for one in seen]
-    strides, methods = [s for _, s, _ in seen], [e.of[options.leg].method for _, _, e in seen]
-    if not groups or any(d.severity is Severity.ERROR for d in found) or len(groups) < len(recordings):
+    seen = [_seen(r, forces, options, found) for r in (*recordings, *tried)]
+    there = [x for x in seen if x is not None]
+    if not there or len(there) < len(seen) or any(is_error(d) for d in found):
         return None, found
-    made, more = _fitted(recordings, groups, strides, methods, options)
-    return made, [*found, *more]
+    options = replace(options, leg=options.leg or _leg(there))
+    groups = [cycles(*one, options.leg) for one in there]
+    n = len(recordings)
+    training, held_out = split(groups) if not tried else (_joined(groups[:n]), _joined(groups[n:]))
+    made, more = _fitted(tuple(recordings), there[:n], training, held_out, options)
+    return (replace(made, is_tried=True, rounding=_rounding(*recordings, *tried)) if tried else made), [*found, *more]
+
+
+Seen = tuple[Recording, Stride, Steps]
+
+
+def _seen(r: Recording, forces: Sequence[Forces], options: Options, found: list[Diagnostic]) -> Seen | None:
+    """A recording with its stride and its events; None where findings say why."""
+    s, more = _stride(r)
+    found += more
+    if s is None:
+        return None
+    events = steps(r, s, _forces_of(r, forces), options.events)
+    found += events.found
+    return r, timed(s, events), events
+
+
+def _rounding(*recordings: Recording) -> Q:
+    return max(r.rounding for r in recordings)
 
 
 def _leg(seen: Sequence[tuple[Recording, Stride, Steps]]) -> str:
@@ -114,25 +141,21 @@ def _stride(r: Recording) -> tuple[Stride | None, list[Diagnostic]]:
 
 
 def _fitted(
-    recordings: Sequence[Recording],
-    groups: Sequence[Sequence[Cycle]],
-    strides: Sequence[Stride],
-    methods: Sequence[str],
+    recordings: tuple[Recording, ...],
+    seen: Sequence[Seen],
+    training: list[Cycle],
+    held_out: list[Cycle],
     options: Options,
 ) -> tuple[Walk, list[Diagnostic]]:
-    every = [c for g in groups for c in g]
-    training, held_out = split(groups)
-    shares, found = boundaries(every)
-    grid = knots(shares, sum((c.length for c in every), Q(0)) / len(every))
-    curves = []
-    for joint in JOINTS:
-        curves.append(curve(points(training, joint, grid), joint, grid, options.order, options.degree))
-    rounding = max(r.rounding for r in recordings)
+    shares, found = boundaries(training)
+    grid = knots(shares, sum((c.length for c in training), Q(0)) / len(training))
+    curves = [curve(points(training, j, grid), j, grid, options.order, options.degree) for j in JOINTS]
+    rounding = _rounding(*recordings)
     trained, left = (tuple(residual(c, part, rounding) for c in curves) for part in (training, held_out))
     made = Walk(
-        recordings=tuple(recordings),
-        strides=tuple(strides),
-        methods=tuple(methods),
+        recordings=recordings,
+        strides=tuple(s for _, s, _ in seen),
+        methods=tuple(e.of[options.leg].method for _, _, e in seen),
         training=tuple(training),
         held_out=tuple(held_out),
         knots=grid,
@@ -141,9 +164,27 @@ def _fitted(
         held_residuals=left,
         options=options,
         bands=tuple(b for j in JOINTS if (b := band(training, j)) is not None),
-        fixed=bool(found),
+        shifts=tuple(_shift(c, training) for c in curves) if len(recordings) > 1 else (),
+        rounding=rounding,
+        is_tried=False,
     )
     return made, found
+
+
+def _shift(c: Curve, cycles: Sequence[Cycle]) -> tuple[Q, Q]:
+    """How far recordings are from a curve on average: an interval in tenths of a degree that holds 0 and all."""
+    import numpy as np
+
+    means = [0.0]
+    for origin in dict.fromkeys(x.origin for x in cycles):
+        near = [x.near[c.joint] for x in cycles if x.origin == origin]
+        t = np.concatenate([np.array(at) for at, _ in near]) * float(c.knots.period)
+        means.append(float(np.mean(np.concatenate([np.array(y) for _, y in near]) - c.at(t))))
+    return Q(floor(min(means) * 10), 10), Q(ceil(max(means) * 10), 10)
+
+
+def _joined(groups: Sequence[Sequence[Cycle]]) -> list[Cycle]:
+    return [c for g in groups for c in g]
 
 
 def split(groups: Sequence[Sequence[Cycle]]) -> tuple[list[Cycle], list[Cycle]]:

@@ -32,11 +32,13 @@ pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod robustness;
 pub mod roots;
 pub mod rounding;
 pub mod rules;
 pub mod series;
 pub mod sets;
+pub mod signal;
 pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
