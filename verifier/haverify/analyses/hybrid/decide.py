@@ -111,7 +111,7 @@ def _decide(question: Question) -> Answer:
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
     proof = None if _is_run_likely(question) else proved_at_once(question)
-    run = by_a_run(question) if proof is None else None
+    _, run = by_a_run(question) if proof is None else (None, None)
     if run is not None:
         return _by_the_run(question, run)
     proof = proof or proved_by(question)

@@ -29,14 +29,18 @@ def admissible(question: Question) -> Point | None:
     return next(((s, p) for s, p in tried if _is_admissible(question, s, p)), None)
 
 
-def by_a_run(question: Question) -> Run | None:
-    """A run that certainly decides the goal, from a middle or a corner."""
+def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
+    """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
+    first = None
     for start in question.model.starts:
         for point in points(start.box):
-            run = _run_from(question, start, point) if _is_admissible(question, start, point) else None
+            if not _is_admissible(question, start, point):
+                continue
+            first = first or (start, point)
+            run = _run_from(question, start, point)
             if run is not None:
-                return run
-    return None
+                return first, run
+    return first, None
 
 
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:

@@ -194,7 +194,7 @@ def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     try:
         goal = claim.goals[0]
         model = hybrid_model(spec, automaton, [goal.condition])
-        run = by_a_run(question_of(model, claim, goal))
+        _, run = by_a_run(question_of(model, claim, goal))
     except OutsideFragmentError:
         return None
     if run is None:
