@@ -177,7 +177,7 @@ class Instant:
             return _few(c for no, n, d in self.value(args[0]) for c in self._greater((no, n, d), (no, scale(n, -1), d)))
         if op == "clamp":
             return self.value(["min", ["max", args[0], args[1]], args[2]])
-        if op in ("sin", "cos", "exp"):
+        if op in ("sin", "cos", "exp", "log", "sqrt"):
             return [(False, self.scope.function(op, self.poly(args[0])), ONE)]
         if op not in ("min", "max"):
             raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")
