@@ -166,6 +166,9 @@ def _drives(e: Entries, robot: Robot) -> tuple[Drive, ...]:
             numbers[key] = Q(value) if is_number(value) else Q(0)
             if not is_number(value):
                 e.wrong("HA210", f"`{key}` is to be a number", "joint", key, i)
+        if unit == "rad" and numbers["offset"]:
+            message = "an offset counts in deg, and this output in rad: put the offset into the gait"
+            e.wrong("HA101", message, "joint", "offset", i)
         if not e.found:
             factor = Q(row["sign"]) * numbers["amplitude"]
             found.append(
