@@ -35,6 +35,16 @@ JumpRow = tuple[int, Pair, list[Pair], list[Pair], Judged]
 StepRow = tuple[Pair, list[Pair], list[Pair], Judged, bool, bool]
 StretchRow = tuple[int | None, int, int, bool, JumpRow | None, list[StepRow], str, list[Pair]]
 
+class Tree:
+    def rows(self) -> list[StretchRow]: ...
+    def judged(self, modes: Sequence[ModeListing], known: Comparisons, middle: bool) -> list[StretchRow]: ...
+    def records(
+        self,
+    ) -> list[
+        tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
+    ]: ...
+    def size(self) -> int: ...
+
 def reach(
     modes: Sequence[ModeListing],
     start: tuple[int, list[Pair], Comparisons],
@@ -43,18 +53,7 @@ def reach(
     order_degree_steps_depth: tuple[int, int, int, int],
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
-) -> list[StretchRow]: ...
-def reach_record(
-    modes: Sequence[ModeListing],
-    start: tuple[int, list[Pair], Comparisons],
-    horizon: float,
-    until: str,
-    order_degree_steps_depth: tuple[int, int, int, int],
-    tolerance_first_longest_least: tuple[float, float, float, float],
-    jumps_stretches_cuts: tuple[int, int, int],
-) -> list[
-    tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
-]: ...
+) -> Tree: ...
 def along(
     positions: Listing,
     readout: Listing,

@@ -98,9 +98,11 @@ def test_other_orders_check_too(order: str, tmp_path: Path) -> None:
     assert checked(tmp_path) == 0
 
 
-def test_a_figure_is_drawn(tmp_path: Path) -> None:
+def test_figures_are_drawn(tmp_path: Path) -> None:
     assert fit(tmp_path, "normal_gait.mot", more=("--plot", str(tmp_path / "w.svg"))) == 0
     assert (tmp_path / "w.svg").read_text(encoding="utf-8").count("<polyline") == 6
+    assert (tmp_path / "w_orbits.svg").read_text(encoding="utf-8").count("<polyline") == 6
+    assert (tmp_path / "w_sticks.svg").read_text(encoding="utf-8").count("<polyline") == 33
 
 
 def test_what_cannot_be_used_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -308,7 +308,7 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
     p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
-    p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw the curves; PATH_orbits, PATH_sticks too")
 
 
 def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -41,9 +41,12 @@ def run(called: argparse.Namespace) -> int:
     for name, text in emit(made, stem).items():
         _write(path.parent / name, text)
     if called.plot:
-        from haverify.cli.walk_figure import walk_figure
+        from haverify.cli.walk_figure import orbit_figure, stick_figure, walk_figure
 
-        _write(Path(called.plot), walk_figure(made, stem))
+        drawn = Path(called.plot)
+        _write(drawn, walk_figure(made, stem))
+        _write(drawn.with_stem(f"{drawn.stem}_orbits"), orbit_figure(made, stem))
+        _write(drawn.with_stem(f"{drawn.stem}_sticks"), stick_figure(made, stem))
     put(table(made))
     put(f"{path}: written; try `haverify check {path}`\n")
     return OK

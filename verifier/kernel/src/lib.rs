@@ -28,6 +28,7 @@ mod judging;
 pub mod kinematics;
 pub mod matrix;
 pub mod models;
+pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
@@ -43,5 +44,8 @@ pub mod simulate;
 mod simulate_python;
 pub mod stepping;
 pub mod sweep;
+pub mod tree;
+#[cfg(feature = "python")]
+mod tree_python;
 mod walk;
 pub mod zeno;
