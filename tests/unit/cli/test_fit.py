@@ -166,3 +166,14 @@ def test_a_cycle_that_begins_elsewhere_is_turned(capsys: pytest.CaptureFixture[s
 def test_one_walk_is_nothing_to_compare(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", str(WALKS / TRIAL)]) == 2
     assert "two walks" in capsys.readouterr().err
+
+
+def test_what_a_spec_simulates_is_fitted_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fit(tmp_path, "subject01_walk1_ik.mot")
+    spec, motion = str(tmp_path / "walk.ha"), str(tmp_path / "simulated.mot")
+    assert main(["simulate", spec, "-a", "Walk", "--until", "4s", "--samples", "240", "--mot", motion]) == 0
+    capsys.readouterr()
+    assert main(["compare", spec, motion]) == 0
+    rms = [float(x) for x in re.findall(r"^(?:left|right) \w+ +([\d.]+)", capsys.readouterr().out, re.MULTILINE)]
+    assert len(rms) == 6
+    assert max(rms) < 0.5
