@@ -98,9 +98,18 @@ def test_other_orders_check_too(order: str, tmp_path: Path) -> None:
     assert checked(tmp_path) == 0
 
 
-def test_a_figure_is_drawn(tmp_path: Path) -> None:
+def test_a_joint_is_kept_where_it_has_to_stay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert fit(tmp_path, "subject01_walk1_ik.mot", more=("--bound", "knee=-130..1")) == 0
+    assert float(re.findall(r"left knee +\d+ +([\d.]+)", capsys.readouterr().out)[0]) < 0.7
+    assert checked(tmp_path) == 0
+    assert re.search(r"ok proved +knees_in_bounds", capsys.readouterr().out)
+
+
+def test_figures_are_drawn(tmp_path: Path) -> None:
     assert fit(tmp_path, "normal_gait.mot", more=("--plot", str(tmp_path / "w.svg"))) == 0
     assert (tmp_path / "w.svg").read_text(encoding="utf-8").count("<polyline") == 6
+    assert (tmp_path / "w_orbits.svg").read_text(encoding="utf-8").count("<polyline") == 6
+    assert (tmp_path / "w_sticks.svg").read_text(encoding="utf-8").count("<polyline") == 33
 
 
 def test_what_cannot_be_used_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -121,6 +130,7 @@ def test_what_cannot_be_used_writes_nothing(tmp_path: Path, capsys: pytest.Captu
         ([str(WALKS / "subject01_walk_grf.mot"), "-o", "a.ha"], "only ground forces"),
         ([str(WALKS / TRIAL), "-o", "a.txt"], "ends in .ha"),
         ([str(WALKS / TRIAL), "-o", "a.ha", "--degree", "2"], "3 to 9"),
+        ([str(WALKS / TRIAL), "-o", "a.ha", "--bound", "knee=1..-130"], "such as knee=-130..1"),
     ],
 )
 def test_calls_that_cannot_be_understood(
@@ -164,3 +174,14 @@ def test_a_cycle_that_begins_elsewhere_is_turned(capsys: pytest.CaptureFixture[s
 def test_one_walk_is_nothing_to_compare(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", str(WALKS / TRIAL)]) == 2
     assert "two walks" in capsys.readouterr().err
+
+
+def test_what_a_spec_simulates_is_fitted_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fit(tmp_path, "subject01_walk1_ik.mot")
+    spec, motion = str(tmp_path / "walk.ha"), str(tmp_path / "simulated.mot")
+    assert main(["simulate", spec, "-a", "Walk", "--until", "4s", "--samples", "240", "--mot", motion]) == 0
+    capsys.readouterr()
+    assert main(["compare", spec, motion]) == 0
+    rms = [float(x) for x in re.findall(r"^(?:left|right) \w+ +([\d.]+)", capsys.readouterr().out, re.MULTILINE)]
+    assert len(rms) == 6
+    assert max(rms) < 0.5

@@ -57,7 +57,16 @@ def test_a_file_without_time_is_no_recording() -> None:
 
 @pytest.mark.parametrize(
     "label",
-    ["hip_flexion_r", "RHipAngle", "right hip [deg]", "hip_r_deg", "rHip", "/jointset/hip_r/hip_flexion_r/value"],
+    [
+        "hip_flexion_r",
+        "RHipAngle",
+        "right hip [deg]",
+        "hip_r_deg",
+        "rHip",
+        "rh",
+        "rh [deg]",
+        "/jointset/hip_r/hip_flexion_r/value",
+    ],
 )
 def test_names_of_the_right_hip(label: str) -> None:
     assert joint_of(label) == "rh"

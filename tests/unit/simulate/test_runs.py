@@ -50,7 +50,8 @@ def test_jump_times_are_exact_to_rounding() -> None:
     first = math.sqrt(2 * 10.1 / 9.81)
     expected = [first + 2 * first * sum(0.75**i for i in range(1, k + 1)) for k in range(10)]
     assert all(
-        math.isclose(jump[0], t, rel_tol=4e-16 * (k + 2)) for k, (jump, t) in enumerate(zip(run.jumps, expected, strict=False))
+        math.isclose(jump[0], t, rel_tol=4e-16 * (k + 2))
+        for k, (jump, t) in enumerate(zip(run.jumps, expected, strict=False))
     )
     assert all(jump[2][0] == 0.0 for jump in run.jumps)
 

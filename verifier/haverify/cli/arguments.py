@@ -37,6 +37,14 @@ _SIMULATE = """\
 Follow runs of an automaton in floating point: the first one with params at their defaults and everything else in the
 middle, the others by chance. Runs show what a model does; they prove nothing."""
 
+_FALSIFY = """\
+Search for a run that violates a claim: over starts, params, inputs and choices, for the least margin in dense time.
+What floats find is `refuted` only once the run has been followed again in enclosures."""
+
+_FALSIFY_MORE = """\
+exit codes: 0 refuted as expected; 1 refuted otherwise; 2 call or input cannot be understood; 3 nothing certain was
+found; 5 there is no claim that one run could refute"""
+
 _REPAIR_MORE = """\
 exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong that no small change mends;
 2 call or input cannot be understood. Findings that haverify.lock or @allow accepts are spared in the spec's own text,
@@ -102,6 +110,7 @@ def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
         _repair,
         _invent,
         _simulate,
+        _falsify,
         _replay,
         _fit,
         _compare,
@@ -145,6 +154,7 @@ def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
     p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+    p.add_argument("--no-crosscheck", action="store_true", help="simulate no runs beside proofs")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
     p.add_argument(
         "--grade",
@@ -208,6 +218,33 @@ def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
     )
     p.add_argument("--samples", type=int, default=200, metavar="N", help="instants in a table (default 200)")
     p.add_argument("--csv", metavar="PATH", help="write a table (- for standard output)")
+    p.add_argument("--mot", metavar="PATH", help="write the angles in deg of the first run as an OpenSim motion")
+    p.add_argument("--plot", metavar="PATH.svg", help="write a drawing")
+    p.add_argument(
+        "--kind",
+        choices=("series", "phase", "field", "modes"),
+        default="series",
+        help="of what: quantities over time, an orbit, one with the vector field, the mode graph (default series)",
+    )
+    p.add_argument("--of", metavar="X,Y", help="the quantities to draw")
+    p.add_argument("--mode", metavar="MODE", help="whose vector field (default: where the first run starts)")
+    p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
+
+
+def _falsify(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "falsify", _FALSIFY, _FALSIFY_MORE, help="search for runs that violate claims")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
+    p.add_argument("-p", "--property", metavar="NAME", help="one claim (or family) only")
+    p.add_argument("-n", "--runs", type=int, default=2000, metavar="RUNS", help="the most for each goal (default 2000)")
+    p.add_argument("--seed", type=int, default=0, metavar="N", help="what chance starts from (default 0)")
+    p.add_argument("--until", default="10s", metavar="TIME", help="horizon of claims that state none (default 10s)")
+    p.add_argument(
+        "--policy",
+        choices=("earliest", "latest", "random"),
+        default="earliest",
+        help="when an edge that may wait is taken; random: by the search (default earliest)",
+    )
+    p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 
 
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
@@ -268,10 +305,11 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle (default: more cycles)")
     p.add_argument("--order", type=int, choices=(0, 1, 2), help="derivatives without a step (default 1)")
     p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
+    p.add_argument("--bound", metavar="JOINT=LOW..HIGH", action="append", help="keep a joint there: knee=-130..1 (deg)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
     p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
-    p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw the curves; PATH_orbits, PATH_sticks too")
 
 
 def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -8,6 +8,7 @@ from haverify.recordings.cycles import Cycle
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import told
 from haverify.report.figures.overlay import Pane, Series, overlay
+from haverify.report.figures.strides import Orbit, orbits, sticks
 from haverify.report.figures.svg import Point
 from haverify.report.html.style import standalone
 
@@ -21,6 +22,26 @@ def walk_figure(walk: Walk, stem: str) -> str:
     panes = [_pane(walk, c) for c in walk.curves]
     names = ["recorded", "fitted", *(["held out"] if walk.held_out else [])]
     return standalone(overlay(panes, names, bands, "time since heel strike [s]", f"Walk {stem}"))
+
+
+def orbit_figure(walk: Walk, stem: str) -> str:
+    """Angle against velocity of each joint: closed, since the curves are."""
+    import numpy as np
+
+    t = np.linspace(0, float(walk.knots.period), 361)[:-1]
+    found = [Orbit(told(c.joint), tuple(zip(c.at(t).tolist(), c.at(t, 1).tolist(), strict=True))) for c in walk.curves]
+    return standalone(orbits(found, f"Orbits of walk {stem}"))
+
+
+def stick_figure(walk: Walk, stem: str) -> str:
+    """Both legs at tenths of the cycle."""
+    import numpy as np
+
+    shares = np.linspace(0, 1, 11)
+    t = np.minimum(shares * float(walk.knots.period), float(walk.knots.period) * (1 - 1e-9))
+    angles = {c.joint: c.at(t).tolist() for c in walk.curves}
+    poses = [{j: angles[j][k] for j in angles} for k in range(len(t))]
+    return standalone(sticks(poses, [f"{s:.0%}" for s in shares], f"Sticks of walk {stem}"))
 
 
 def _pane(walk: Walk, c: Curve) -> Pane:

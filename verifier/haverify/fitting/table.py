@@ -55,6 +55,5 @@ def _cycles(walk: Walk) -> str:
     held = f", {len(walk.held_out)} held out" if walk.held_out else ""
     kind = {"alternates": " (no whole one; its length from the legs' alternation)", "mirrors": " (half of it mirrored)"}
     more = kind.get(walk.strides[0].kind, "") if len(walk.cycles) == 1 else ""
-    return (
-        f"{len(walk.training)} cycles of the {leg} leg{held}, {float(walk.knots.period):.4f} s{more}; {walk.methods[0]}"
-    )
+    cycles = "1 cycle" if len(walk.training) == 1 else f"{len(walk.training)} cycles"
+    return f"{cycles} of the {leg} leg{held}, {float(walk.knots.period):.4f} s{more}; {walk.methods[0]}"

@@ -18,7 +18,7 @@ from haverify.text.span import Span
 Q = Fraction
 SIDES = ("left", "right")
 _KEYS = {
-    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect"),
+    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect", "recording"),
     "time": ("speed",),
     "joint": ("joint", "output", "unit", "sign", "amplitude", "offset"),
     "sway": ("roll", "left_ankle", "right_ankle", "left_hip", "right_hip"),
@@ -58,6 +58,7 @@ class Map:
     sway: Sway | None
     speed: Q
     acceleration: Q | None  # rad/s^2
+    recording: str | None  # path of the recording that the gait was made from, seen from the map's folder
     penetration: Q  # m, how far the swing sole may be below the ground
     expected: Mapping[str, str]  # checks that are known to be refuted, with the reason
     source: Source
@@ -80,6 +81,9 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     sway = _sway(e, robot, drives)
     speed = _positive(e, "time", "speed", Q(1))
     acceleration = _positive(e, "limits", "acceleration", None)
+    recording = e.values.get("recording")
+    if recording is not None and not isinstance(recording, str):
+        e.wrong("HA210", "`recording` is to name a file", "", "recording")
     penetration = _positive(e, "limits", "penetration", None) or Q(0)
     stance = _stance(e)
     expected = _expected(e)
@@ -88,7 +92,9 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
         e.wrong("HA210", '`automaton = "..."` is to name the automaton whose outputs are replayed', "", "automaton")
     if e.found or speed is None:
         return None, e.found
-    return Map(str(automaton), drives, posture, stance, sway, speed, acceleration, penetration, expected, source), []
+    return Map(
+        str(automaton), drives, posture, stance, sway, speed, acceleration, recording, penetration, expected, source
+    ), []
 
 
 def check_against(m: Map, outputs: Mapping[str, str | None], modes: Iterable[str]) -> list[Diagnostic]:
@@ -160,6 +166,9 @@ def _drives(e: Entries, robot: Robot) -> tuple[Drive, ...]:
             numbers[key] = Q(value) if is_number(value) else Q(0)
             if not is_number(value):
                 e.wrong("HA210", f"`{key}` is to be a number", "joint", key, i)
+        if unit == "rad" and numbers["offset"]:
+            message = "an offset counts in deg, and this output in rad: put the offset into the gait"
+            e.wrong("HA101", message, "joint", "offset", i)
         if not e.found:
             factor = Q(row["sign"]) * numbers["amplitude"]
             found.append(

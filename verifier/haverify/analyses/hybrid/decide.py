@@ -14,10 +14,11 @@ from typing import Any
 from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.margin import margin
 from haverify.analyses.hybrid.model import Start, hybrid_model
-from haverify.analyses.hybrid.prove import proved_by, undecided
+from haverify.analyses.hybrid.prove import proved_at_once, proved_by, undecided
 from haverify.analyses.hybrid.question import Question, question_of
 from haverify.analyses.hybrid.record import proof_record, record_name, run_record
-from haverify.analyses.hybrid.runs import by_a_run, params_at
+from haverify.analyses.hybrid.runs import admissible, by_a_run, params_at
+from haverify.analyses.hybrid.shared import Trees
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run
@@ -36,8 +37,12 @@ RECORDED = ("always", "can_reach")
 USUAL = Q(1)
 
 
-def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL) -> Evidence:
+def decide_flow(
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL, trees: Trees | None = None
+) -> Evidence:
     """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
+
+    `trees` are those of other claims on the automaton.
 
     Raises
     ------
@@ -49,7 +54,8 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
         raise OutsideFragmentError("assumptions beside a flow that is not clock-driven")
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals])
     questions = [question_of(model, claim, goal) for goal in claim.goals]
-    answers = [_answered(replace(q, budget=budget)) for q in questions]
+    shared = Trees() if trees is None else trees
+    answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(
         PartResult(i, "flow", model.modes[model.starts[0].mode].name, "", a.text, a.verdict, a.run)
@@ -100,24 +106,30 @@ def _answered(question: Question) -> Answer:
 
 
 def _decide(question: Question) -> Answer:
-    """The verdict on one goal."""
-    kind = question.asked.kind
-    start, run = by_a_run(question)
-    if run is not None and start is not None:
-        return _by_the_run(question, run)
+    """The verdict on one goal: what is likely is tried first, a proof from whole boxes before runs or after them."""
+    start = admissible(question)
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
-    proof = proved_by(question)
+    proof = None if _is_run_likely(question) else proved_at_once(question)
+    _, run = by_a_run(question) if proof is None else (None, None)
+    if run is not None:
+        return _by_the_run(question, run)
+    proof = proof or proved_by(question)
     if proof is None:
         return Answer(undecided(question))
-    entry = {"kind": "flowpipe", "start": _start_json(question, *start)}
+    kind, entry = question.asked.kind, {"kind": "flowpipe", "start": _start_json(question, *start)}
     record = proof_record(question, proof) if kind in RECORDED else None
     if kind == "can_reach":
         return Answer(Refuted(), "never reached", entry, record=record)
     text = "holds along every flowpipe" if kind == "always" else "met along every flowpipe"
-    first, point = start
-    tree = question.points[first.mode, tuple((q, q) for q in point)]
-    return Answer(Proved(margin(question, proof, tree)), text, entry, record=record)
+    return Answer(Proved(margin(question, proof, *start)), text, entry, record=record)
+
+
+def _is_run_likely(question: Question) -> bool:
+    """Whether the author expects that a run decides the goal."""
+    is_reach = question.asked.kind == "can_reach"
+    expected = question.claim.expect
+    return is_reach if expected is None else (expected.verdict == "proved") == is_reach
 
 
 def _by_the_run(question: Question, run: Run) -> Answer:

@@ -23,18 +23,24 @@ Point = tuple[Start, tuple[Q, ...]]
 TRUE: Words = [("true", 0)]
 
 
+def admissible(question: Question) -> Point | None:
+    """A start that is certainly admissible."""
+    tried = ((s, p) for s in question.model.starts for p in points(s.box))
+    return next(((s, p) for s, p in tried if _is_admissible(question, s, p)), None)
+
+
 def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
-    admissible = None
+    first = None
     for start in question.model.starts:
         for point in points(start.box):
             if not _is_admissible(question, start, point):
                 continue
-            admissible = admissible or (start, point)
+            first = first or (start, point)
             run = _run_from(question, start, point)
             if run is not None:
-                return admissible, run
-    return admissible, None
+                return first, run
+    return first, None
 
 
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
