@@ -67,14 +67,15 @@ def recorded(most: int | None = None) -> Iterator[list[Call]]:
     original = _kernel.reach
 
     def reach(modes: Any, start: Any, horizon: float, *rest: Any) -> Any:
-        found = original(modes, start, horizon, *rest)
+        tree = original(modes, start, horizon, *rest)
+        found = tree.rows()
         stretches = tuple(_stretch(*row) for row in found)
         steps = [g for s in stretches for g in s.segments]
         last = found[0][7] if len(found) == 1 else []
         calls.append(Call(list(start[1]), (horizon, horizon), steps, last, start[0], stretches))
         if most is not None and sum(not c.is_point for c in calls) >= most:
             raise Enough
-        return found
+        return tree
 
     with patch.object(_kernel, "reach", reach):
         yield calls

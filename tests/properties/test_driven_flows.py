@@ -27,7 +27,7 @@ SYSTEMS: list[tuple[str, Rates]] = [
      lambda s, u: [(1.5 + 0.1 * u[0]) * s[1], -sin((1.5 + 0.1 * u[0]) * s[0])]),
     ("x in [1, 1.2]; y in [0, 0]; x' in [-x, -x / 2]; y' in [-0.1, 0.3]",
      lambda s, u: [-0.75 * s[0] + 0.25 * s[0] * u[0], 0.1 + 0.2 * u[1]]),
-    ("input u in [0.4, 0.6]; input w in [-0.6, -0.4]; x in [0, 0.1]; y in [0.2, 0.2]; x' = u - u * x^2; y' = w * x + y^2",
+    ("input u in [0.4, 0.6]; input w in [-0.6, -0.4]; x in [0, 0.1]; y in [0, 0]; x' = u - u * x^2; y' = w * x + y^2",
      lambda s, u: [(1 - s[0] ** 2) * (0.5 + 0.1 * u[0]), (0.1 * u[1] - 0.5) * s[0] + s[1] ** 2]),
 ]  # fmt: skip
 
@@ -112,7 +112,7 @@ def test_a_constant_input_is_inside_of_what_encloses_all(tmp_path: Path, number:
     whole = follow(asked, start, start.box, "horizon")[-1].last
     point = tuple((low, low) for low, _ in start.box)
     for chosen in choices(asked.model):
-        one = replace(asked, modes=listings(asked.model, asked.judged, chosen=chosen))
+        one = replace(asked, modes=listings(asked.model, asked.judged, chosen=chosen), driven=chosen)
         last = follow(one, start, point, "horizon")[-1].last
         for (a, b), (low, high) in zip(last, whole, strict=True):
             assert low - SLACK <= a and b <= high + SLACK

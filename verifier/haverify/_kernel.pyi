@@ -37,6 +37,16 @@ JumpRow = tuple[int, Pair, list[Pair], list[Pair], Judged]
 StepRow = tuple[Pair, list[Pair], list[Pair], Judged, bool, bool]
 StretchRow = tuple[int | None, int, int, bool, JumpRow | None, list[StepRow], str, list[Pair]]
 
+class Tree:
+    def rows(self) -> list[StretchRow]: ...
+    def judged(self, modes: Sequence[ModeListing], known: Comparisons, middle: bool) -> list[StretchRow]: ...
+    def records(
+        self,
+    ) -> list[
+        tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
+    ]: ...
+    def size(self) -> int: ...
+
 def reach(
     modes: Sequence[ModeListing],
     start: tuple[int, list[Pair], Comparisons],
@@ -45,23 +55,21 @@ def reach(
     order_degree_steps_depth: tuple[int, int, int, int],
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
-) -> list[StretchRow]: ...
-def reach_record(
-    modes: Sequence[ModeListing],
-    start: tuple[int, list[Pair], Comparisons],
-    horizon: float,
-    until: str,
-    order_degree_steps_depth: tuple[int, int, int, int],
-    tolerance_first_longest_least: tuple[float, float, float, float],
-    jumps_stretches_cuts: tuple[int, int, int],
-) -> list[
-    tuple[int | None, int, int | None, str, list[tuple[list[list[int]], tuple[float, list[list[list[float]]]]]]]
-]: ...
+) -> Tree: ...
+def along(
+    positions: Listing,
+    readout: Listing,
+    derivatives: int,
+    time: Pair,
+    widths: list[float],
+    order_depth_stretches: tuple[int, int, int],
+) -> list[tuple[float, float, list[Pair] | None]]: ...
 
 class Record:
     def end(self) -> tuple[str, float, int, list[float], float, int]: ...
     def jumps(self) -> list[tuple[float, int, list[float], list[float]]]: ...
     def pieces(self) -> list[tuple[int, int, float, float, list[list[float]], list[list[float]]]]: ...
+    def robustness(self, formula: list[tuple[str, int, float, float]]) -> float: ...
     def sample(self, times: list[float]) -> list[tuple[float, int, int, list[float], list[float]]]: ...
 
 class Simulator:
@@ -80,7 +88,7 @@ class Simulator:
                 list[int],
             ]
         ],
-        edges: list[tuple[int, bool, Words, list[tuple[int, int, int | None]]]],
+        edges: list[tuple[int, bool, Words, list[tuple[int, int, int | None]], list[int]]],
         variables: int,
         clock: int | None,
     ) -> None: ...
@@ -96,4 +104,12 @@ class Simulator:
             tuple[int, list[float], float, tuple[int, int, int], str, int, list[float], list[tuple[float, int, float]]]
         ],
     ) -> list[tuple[str, float, int, int, list[float]]]: ...
+    def robustness(
+        self,
+        plans: list[
+            tuple[int, list[float], float, tuple[int, int, int], str, int, list[float], list[tuple[float, int, float]]]
+        ],
+        formula: list[tuple[str, int, float, float]],
+    ) -> list[float]: ...
     def values(self, mode: int, state: list[float]) -> list[float]: ...
+    def slopes(self, mode: int, state: list[float]) -> list[float]: ...

@@ -13,6 +13,13 @@ Call = Callable[..., Said]
 Write = Callable[[str, str], str]
 
 
+def test_lint_says_the_same_of_a_spec_seen_before_and_anew(haverify: Call, write: Write) -> None:
+    spec = write("m.ha", CLOCK.replace("when x >= 1 s", "when x > 1 s").replace("urgent ", "") + TRUE)
+    first = haverify("lint", spec)
+    assert first.code == 1
+    assert haverify("lint", spec) == haverify("lint", spec, "--no-cache") == first
+
+
 def test_lint_exit_codes(haverify: Call, write: Write) -> None:
     assert haverify("lint", write("m.ha", CLOCK + TRUE)).code == 0
     blocked = CLOCK.replace("when x >= 1 s", "when x > 1 s").replace("urgent ", "")

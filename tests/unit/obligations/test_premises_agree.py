@@ -34,7 +34,7 @@ automaton A {
   init where abs(x) < 1 and energy <= 1/4 and g == 2
   mode Go {
     domain abs(x) <= 3 and not (x > 2 and y == 1) and (x <= 1 or y < 2)
-    flow { x' = y / k; y' = (-x + cos(x - 1)) / (1 + y^2) }
+    flow { x' = y / k + log(y + 9); y' = (-x + cos(x - 1)) / (1 + y^2) }
     edge up: -> Rest when max(x, y) >= 1 and g < 3 do { g := g + 1; y in [-k, x^2] }
     urgent edge over: -> Go when x > 2 and abs(y) != 1 do x := x * k - 1
     edge over: -> Go when sin(1 - x) > 0
@@ -46,6 +46,7 @@ property second on A { within 3; assume one <= 2; always not (abs(x - y) > 3 or 
 property third on A { can reach min(x, y) >= 8 and not (energy == 4) }
 property timed on A { always at(Go) implies x <= 1 + time }
 property uses on A { always x <= 3; using kept }
+property roots on A { always sqrt(x + y) <= 3 - log(2 * x) and sqrt(4) * x <= sqrt(2) }
 invariant kept on A in Go: good or cos(x) <= 1 / (k + 1) inductive
 """
 

@@ -7,7 +7,7 @@ import pytest
 from tests.unit.report.examples import PROVED, REFUTED, UNKNOWN, evidence, part
 
 from haverify.evidence.evidence import Evidence
-from haverify.run import cache
+from haverify.run import cache, kept
 
 KEYS = {"range": "k1"}
 
@@ -54,17 +54,17 @@ def test_unknown_is_not_kept() -> None:
 @pytest.mark.parametrize("change", [b"proved", b"", b"{}", b"\xff\xfe"])
 def test_a_damaged_file_finds_nothing(change: bytes) -> None:
     cache.keep("m", KEYS, {"range": example()})
-    (path,) = cache.folder().glob("*.json")
+    (path,) = kept.folder().glob("*.json")
     path.write_bytes(change + path.read_bytes().replace(b"refuted", b"proved") if change else b"")
     assert cache.fetch("m", KEYS) == {}
 
 
 def test_an_entry_of_another_shape_finds_nothing() -> None:
     cache.keep("m", KEYS, {"range": example()})
-    (path,) = cache.folder().glob("*.json")
+    (path,) = kept.folder().glob("*.json")
     pack = json.loads(path.read_bytes().partition(b"\n")[2])
     pack["claims"]["k1"]["evidence"]["parts"] = [{}]
-    cache.store(path.stem, pack)
+    kept.store(path.stem, pack)
     assert cache.fetch("m", KEYS) == {}
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label, Severity
-from haverify.run import cache
+from haverify.run import kept
 from haverify.run.findings_cache import found_once
 from haverify.text.source import Source
 from haverify.text.span import Span
@@ -65,8 +65,8 @@ def test_a_file_of_another_shape_finds_nothing(change: str) -> None:
     import json
 
     looks(TEXT, FOUND)
-    (path,) = cache.folder().glob("*.json")
-    cache.store(path.stem, json.loads(change))
+    (path,) = kept.folder().glob("findings/*.json")
+    kept.store(path.stem, json.loads(change), "findings")
     assert looks(TEXT, []) == ([], 1)
 
 
@@ -77,6 +77,6 @@ def test_a_place_outside_the_text_finds_nothing() -> None:
 
 def test_a_damaged_file_finds_nothing() -> None:
     looks(TEXT, FOUND)
-    (path,) = cache.folder().glob("*.json")
+    (path,) = kept.folder().glob("findings/*.json")
     path.write_bytes(path.read_bytes().replace(b"HA303", b"HA302"))
     assert looks(TEXT, []) == ([], 1)

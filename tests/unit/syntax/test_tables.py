@@ -15,7 +15,9 @@ def test_the_committed_tables_are_those_of_the_grammar() -> None:
 
 def test_every_rule_has_a_builder() -> None:
     builder = Builder("a.ha", language())
-    needed = {rule.callback for rule in language().rules if not rule.spliced and not rule.passes}
+    count = len(json.loads(tables.TABLES.read_text(encoding="utf-8"))["rules"])
+    rules = [language().rules[-1 - place] for place in range(count)]
+    needed = {rule.callback for rule in rules if not rule.spliced and not rule.passes}
     inlined = {"decl", "abody", "mbody", "sbody", "pline", "goal", "qname", "path", "state", "atom", "postfix", "expr"}
     assert sorted(name for name in needed - inlined if not hasattr(builder, name)) == []
 

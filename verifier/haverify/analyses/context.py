@@ -44,6 +44,8 @@ class Context:
 
     starts: dict[tuple[Expr, ...], tuple[State, dict[str, Q]] | None] = field(default_factory=dict)
     instants: dict[str, Q] = field(default_factory=dict)  # by claim: up to when its goals need cells
+    # What the flowpipe analysis shares among claims: `hybrid.shared.Trees`, once there are any.
+    trees: Any = None
     _values: dict[tuple[Q | None, int | None], Json] = field(default_factory=dict)
 
     @cached_property

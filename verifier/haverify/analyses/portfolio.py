@@ -179,9 +179,12 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str, units: int) -> Evi
         return Evidence(Unknown("fragment", reason), (), METHOD)
     from haverify.analyses.hybrid.decide import METHOD as TAYLOR
     from haverify.analyses.hybrid.decide import decide_flow
+    from haverify.analyses.hybrid.shared import Trees
 
+    context.trees = context.trees or Trees()
     try:
-        return decide_flow(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
+        budget = Fraction(units, ENOUGH)
+        return decide_flow(context.spec, context.automaton, claim, context.core, budget, context.trees)
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
 

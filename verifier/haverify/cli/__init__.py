@@ -17,7 +17,8 @@ _UNUSABLE, _FAULT, _INTERRUPTED = 2, 4, 130
 def main(arguments: list[str] | None = None) -> int:
     """Run a command and return its exit code (`COMMANDS` in the manual: 0, 1, 2, 3, 4, 5, 130)."""
     _collect_seldom()
-    called = parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    called = parser(words).parse_args(words)
     try:
         code = int(import_module(f"haverify.cli.{called.command}").run(called))
         sys.stdout.flush()

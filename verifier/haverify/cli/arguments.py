@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 _CODES = """\
 exit codes: 0 all as expected; 1 a claim decided otherwise, or a new error finding; 2 call or input cannot be
@@ -35,6 +36,14 @@ again, exactly. Nothing is written, and where nothing is wrong nothing is propos
 _SIMULATE = """\
 Follow runs of an automaton in floating point: the first one with params at their defaults and everything else in the
 middle, the others by chance. Runs show what a model does; they prove nothing."""
+
+_FALSIFY = """\
+Search for a run that violates a claim: over starts, params, inputs and choices, for the least margin in dense time.
+What floats find is `refuted` only once the run has been followed again in enclosures."""
+
+_FALSIFY_MORE = """\
+exit codes: 0 refuted as expected; 1 refuted otherwise; 2 call or input cannot be understood; 3 nothing certain was
+found; 5 there is no claim that one run could refute"""
 
 _REPAIR_MORE = """\
 exit codes: 0 nothing to repair; 1 changes are proposed, or something is wrong that no small change mends;
@@ -69,8 +78,17 @@ DATA: .mot .sto .csv .trc .c3d .json (landmarks); docs/fitting.md says what is e
 exit codes: 0 the spec is written; 2 a recording cannot be used, and nothing is written"""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the command line; a command's name is `command`."""
+_COMPARE = """\
+How far walks are from the first one: root mean square, peak and correlation of each joint, and the root mean square in
+each phase. A walk is a recording, or a spec whose automaton has the outputs lh, rh, lk, rk, la, ra over a cycle."""
+
+
+def parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """The parser of the command line; a command's name is `command`.
+
+    One that is to read `arguments` alone knows only the command that they begin with: the others cost more time than
+    all that parsing does.
+    """
     top = argparse.ArgumentParser(
         prog="haverify",
         description="Prove or refute what .ha specs claim, with evidence that a second program re-checks.",
@@ -78,8 +96,8 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (
+    commands = top.add_subparsers(prog="haverify", dest="command", metavar="COMMAND", required=True)
+    every = (
         _check,
         _lint,
         _accept,
@@ -92,11 +110,15 @@ def parser() -> argparse.ArgumentParser:
         _repair,
         _invent,
         _simulate,
+        _falsify,
         _replay,
         _fit,
+        _compare,
         _init,
         _doctor,
-    ):
+    )
+    asked = [add for add in every if arguments and arguments[0] == add.__name__[1:]]
+    for add in asked or every:
         add(commands)
     return top
 
@@ -132,6 +154,7 @@ def _check(commands: _Commands[argparse.ArgumentParser]) -> None:
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>/)")
     where.add_argument("--no-report", action="store_true", help="keep no report")
     p.add_argument("--no-cache", action="store_true", help="decide everything anew")
+    p.add_argument("--no-crosscheck", action="store_true", help="simulate no runs beside proofs")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
     p.add_argument(
         "--grade",
@@ -149,6 +172,7 @@ def _lint(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument(
         "--format", choices=("text", "json", "sarif", "junit", "github"), help="what to print (default text)"
     )
+    p.add_argument("--no-cache", action="store_true", help="let the rules look anew at a spec they have seen")
     p.add_argument("--lock", metavar="FILE", help="accepted findings (default: the nearest haverify.lock)")
 
 
@@ -194,6 +218,33 @@ def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
     )
     p.add_argument("--samples", type=int, default=200, metavar="N", help="instants in a table (default 200)")
     p.add_argument("--csv", metavar="PATH", help="write a table (- for standard output)")
+    p.add_argument("--mot", metavar="PATH", help="write the angles in deg of the first run as an OpenSim motion")
+    p.add_argument("--plot", metavar="PATH.svg", help="write a drawing")
+    p.add_argument(
+        "--kind",
+        choices=("series", "phase", "field", "modes"),
+        default="series",
+        help="of what: quantities over time, an orbit, one with the vector field, the mode graph (default series)",
+    )
+    p.add_argument("--of", metavar="X,Y", help="the quantities to draw")
+    p.add_argument("--mode", metavar="MODE", help="whose vector field (default: where the first run starts)")
+    p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
+
+
+def _falsify(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "falsify", _FALSIFY, _FALSIFY_MORE, help="search for runs that violate claims")
+    p.add_argument("file", metavar="FILE.ha", help="a spec")
+    p.add_argument("-p", "--property", metavar="NAME", help="one claim (or family) only")
+    p.add_argument("-n", "--runs", type=int, default=2000, metavar="RUNS", help="the most for each goal (default 2000)")
+    p.add_argument("--seed", type=int, default=0, metavar="N", help="what chance starts from (default 0)")
+    p.add_argument("--until", default="10s", metavar="TIME", help="horizon of claims that state none (default 10s)")
+    p.add_argument(
+        "--policy",
+        choices=("earliest", "latest", "random"),
+        default="earliest",
+        help="when an edge that may wait is taken; random: by the search (default earliest)",
+    )
+    p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 
 
 def _explain(commands: _Commands[argparse.ArgumentParser]) -> None:
@@ -254,9 +305,20 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle (default: more cycles)")
     p.add_argument("--order", type=int, choices=(0, 1, 2), help="derivatives without a step (default 1)")
     p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
+    p.add_argument("--bound", metavar="JOINT=LOW..HIGH", action="append", help="keep a joint there: knee=-130..1 (deg)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
-    p.add_argument("--plot", metavar="PATH.svg", help="draw the recorded and the fitted curves")
+    p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw the curves; PATH_orbits, PATH_sticks too")
+
+
+def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:
+    p = _told(commands, "compare", _COMPARE, help="recordings and automata beside each other")
+    p.add_argument("files", nargs="+", metavar="WALK", help="a recording, a spec, or ground forces of a recording")
+    p.add_argument("-a", "--automaton", metavar="NAME", help="of the specs (default: the first with six joints)")
+    p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle of recordings")
+    p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the files say")
+    p.add_argument("--plot", metavar="PATH.svg", help="draw all curves, percent by percent")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

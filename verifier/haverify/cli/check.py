@@ -101,6 +101,7 @@ def _options(called: argparse.Namespace, here: Settings, path: str) -> Options:
         use_cache=not called.no_cache and here.cache is not False,
         lock=Path(lock) if lock else None,
         grade=Trust[(called.grade or here.grade or "enclosed").upper()],
+        crosscheck=not called.no_crosscheck,
     )
 
 

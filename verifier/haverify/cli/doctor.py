@@ -11,7 +11,7 @@ from importlib import metadata
 
 from haverify.errors import SoundnessError, ToolError
 from haverify.report.version import LANGUAGE, VERSION
-from haverify.run.cache import folder
+from haverify.run.kept import folder
 
 
 def run(_: argparse.Namespace) -> int:

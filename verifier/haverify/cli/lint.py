@@ -21,10 +21,11 @@ def run(called: argparse.Namespace) -> int:
     lock = called.lock or here.lock
     if lock is not None and not Path(lock).is_file():
         raise UsageError(f"{lock}: there is no such lock file")
+    use_cache = not called.no_cache and here.cache is not False
     results, exits, unread = list[Examined](), list[int](), list[tuple[str, str]]()
     for path in called.files:
         try:
-            results.append(_examine(path, lock, called))
+            results.append(_examine(path, lock, called, use_cache))
         except UsageError as e:
             print(f"haverify: {e}", file=sys.stderr)
             exits.append(UNREADABLE)
@@ -35,16 +36,16 @@ def run(called: argparse.Namespace) -> int:
     return code
 
 
-def _examine(path: str, lock: str | None, called: argparse.Namespace) -> Examined:
+def _examine(path: str, lock: str | None, called: argparse.Namespace, use_cache: bool) -> Examined:
     """The findings of a spec, after the fixes that were asked for."""
     place = Path(lock) if lock else None
-    examined = examine(path, place, codes(called.select))
+    examined = examine(path, place, codes(called.select), use_cache)
     if called.fix or called.unsafe_fixes:
         fixed = apply(examined.new, examined.sources, called.unsafe_fixes)
         for text in fixed:
             print(f"fixed: {text}", file=sys.stderr)
         if fixed:
-            examined = examine(path, place, codes(called.select))
+            examined = examine(path, place, codes(called.select), use_cache)
     return examined
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
 import random
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
@@ -17,6 +19,12 @@ from haverify.model.spec import Spec
 from haverify.report.exit_codes import NOTHING, OK, UNREADABLE
 from haverify.run.examine import read
 from haverify.run.settings import duration
+
+if TYPE_CHECKING:
+    from haverify.simulate.run import SimulatedRun
+    from haverify.simulate.traces import Trace
+
+DRAWN = 800  # instants of a drawing
 
 
 def run(called: argparse.Namespace) -> int:
@@ -33,41 +41,116 @@ def run(called: argparse.Namespace) -> int:
     return _simulated(spec, automaton, called)
 
 
-def _automaton(spec: Spec, called: argparse.Namespace) -> HybridAutomaton | None:
-    """The one that is named, else the first."""
+def _automaton(spec: Spec, called: argparse.Namespace) -> str | None:
+    """The name of the automaton or system that is asked for, else the first automaton, else the first system."""
+    names = [*(a.name for a in spec.automata), *(s.name for s in spec.systems)]
     if called.automaton is None:
-        return spec.automata[0] if spec.automata else None
-    found = next((a for a in spec.automata if a.name == called.automaton), None)
-    if found is None:
-        known = ", ".join(f"`{a.name}`" for a in spec.automata) or "none"
+        return names[0] if names else None
+    if called.automaton not in names:
+        known = ", ".join(f"`{n}`" for n in names) or "none"
         raise UsageError(f"{called.file}: there is no automaton `{called.automaton}` (there is: {known})")
-    return found
+    return str(called.automaton)
 
 
-def _simulated(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespace) -> int:
+def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
     from haverify.obligations.translate import OutsideFragmentError
     from haverify.simulate.as_csv import as_csv
     from haverify.simulate.draws import Drawing
     from haverify.simulate.model import SimulatedAutomaton
     from haverify.simulate.run import Settings, followed
+    from haverify.simulate.traces import as_json
 
     until = float(duration(called.until))
-    settings = Settings(until, policy=called.policy, seed=called.seed)
     try:
-        model = SimulatedAutomaton(spec, automaton)
+        model = SimulatedAutomaton(spec, _put_together(spec, name))
         drawing = Drawing(model, until)
         chance = random.Random(called.seed)
         draws = [drawing.nominal() if k == 0 else drawing.random(chance.random) for k in range(called.runs)]
     except OutsideFragmentError as e:
-        raise UsageError(f"{called.file}: `{automaton.name}` cannot be run: {e}") from e
-    runs = [followed(model, d, settings) for d in draws]
+        raise UsageError(f"{called.file}: `{name}` cannot be run: {e}") from e
+    seeds = range(called.seed, called.seed + len(draws))
+    runs = [
+        followed(model, d, Settings(until, policy=called.policy, seed=k)) for d, k in zip(draws, seeds, strict=True)
+    ]
     times = [until * k / called.samples for k in range(called.samples + 1)]
     if called.csv is not None:
         _write(called.csv, as_csv(runs, times))
-    else:
+    if called.mot is not None:
+        _write(called.mot, _motion(runs[0], times, called))
+    if called.plot is not None:
+        _write(called.plot, _drawing(runs, [until * k / DRAWN for k in range(DRAWN + 1)], called))
+    if called.format == "json":
+        put(json.dumps([as_json(r, times) for r in runs], indent=1) + "\n")
+    elif "-" not in (called.csv, called.mot, called.plot):
         for k, r in enumerate(runs):
             put(f"run {k}: {r.told()}\n")
     return OK
+
+
+def _put_together(spec: Spec, name: str) -> HybridAutomaton:
+    """The automaton of this name, or the one that a system is."""
+    from haverify.model.core import to_core
+    from haverify.simulate.product import Product
+
+    found = next((a for a in spec.automata if a.name == name), None)
+    return Product(spec, to_core(spec), name).automaton() if found is None else found
+
+
+def _motion(run: SimulatedRun, times: list[float], called: argparse.Namespace) -> str:
+    from haverify.simulate.as_mot import as_mot, joints
+
+    if not joints(run):
+        raise UsageError(f"{called.file}: `{run.model.automaton.name}` has no angle in deg to write")
+    return as_mot(run, times, Path(called.file).stem)
+
+
+def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Namespace) -> str:
+    """The drawing that is asked for, as a file of its own."""
+    from haverify.report.figures import graphs, simulated
+    from haverify.report.html.style import standalone
+    from haverify.simulate.as_csv import titled
+    from haverify.simulate.traces import columns, drawn_by_default, traces
+
+    model = runs[0].model
+    names = called.of.split(",") if called.of else drawn_by_default(model)
+    unknown = [n for n in names if n not in columns(model)]
+    if unknown:
+        raise UsageError(f"{called.file}: there is no `{unknown[0]}` to draw (there is: {', '.join(columns(model))})")
+    title = f"{model.automaton.name}, {len(runs)} runs" if len(runs) > 1 else f"{model.automaton.name}, a run"
+    if called.kind == "modes":
+        from haverify.model.core import to_core
+
+        found = next(a for a in to_core(model.spec)["automata"] if a["name"] == model.automaton.name)
+        return standalone(graphs.of_automaton(found).svg)
+    if called.kind == "series":
+        return standalone(simulated.over_time(titled(model, names), [traces(r, names, times) for r in runs], title))
+    if len(names) < 2:
+        raise UsageError("a drawing in the plane needs two quantities: --of x,y")
+    pair = names[0], names[1]
+    drawn = [traces(r, pair, times) for r in runs]
+    arrows = _arrows(runs[0], pair, drawn, called) if called.kind == "field" else []
+    return standalone(simulated.in_plane((titled(model, pair)[0], titled(model, pair)[1]), drawn, arrows, title))
+
+
+def _arrows(
+    run: SimulatedRun, pair: tuple[str, str], drawn: list[list[Trace]], called: argparse.Namespace
+) -> list[tuple[float, float, float, float]]:
+    """The vector field of a mode over what the runs cover."""
+    from haverify.simulate.traces import slopes
+
+    modes = [m.name for m in run.model.automaton.modes]
+    if called.mode is not None and called.mode not in modes:
+        raise UsageError(f"{called.file}: there is no mode `{called.mode}` (there is: {', '.join(modes)})")
+    if any(n not in run.model.places for n in pair):
+        raise UsageError("a vector field is that of two variables: --of x,y")
+    mode = modes.index(called.mode) if called.mode is not None else run.draw.mode
+    xs, ys = ([v for trace in drawn for s in trace for v in s.values[k]] for k in (0, 1))
+    grid = [(_part(xs, i / 18), _part(ys, j / 14)) for i in range(19) for j in range(15)]
+    return slopes(run.model, run, mode, pair, grid)
+
+
+def _part(values: list[float], share: float) -> float:
+    return min(values) + share * (max(values) - min(values))
 
 
 def _write(path: str, text: str) -> None:

@@ -54,9 +54,8 @@ def _recorded(cycles: Sequence[Cycle], joint: str, knots: Knots) -> tuple[list[f
 def _arrays(c: Cycle, joint: str, knots: Knots) -> tuple[Array, Array]:
     import numpy as np
 
-    pairs = [(float(a), float(v)) for a, v in zip(c.at, c.angles[joint], strict=True) if v is not None]
-    t, y = np.array(pairs).T
-    return t * float(knots.period), y
+    at, y = c.near[joint]
+    return np.array(at) * float(knots.period), np.array(y)
 
 
 def fastest(cycles: Sequence[Cycle], curve: Curve) -> Q:

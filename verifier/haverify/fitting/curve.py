@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -81,37 +81,34 @@ class Residual:
     count: int
 
 
-def samples(cycles: Iterable[Cycle], joint: str) -> tuple[list[Q], list[Q]]:
-    """The shares of the cycle and the angles of all samples of a joint that are there."""
-    at, angles = [], []
-    for c in cycles:
-        for share, angle in zip(c.at, c.angles[joint], strict=True):
-            if angle is not None:
-                at.append(share)
-                angles.append(angle)
-    return at, angles
-
-
-def residual(curve: Curve, at: Sequence[Q], angles: Sequence[Q], rounding: Q = _NO_ROUNDING) -> Residual:
-    """The distances of samples from a curve.
+def residual(curve: Curve, cycles: Sequence[Cycle], rounding: Q = _NO_ROUNDING) -> Residual:
+    """The distances of all samples of some cycles from a curve.
 
     They are computed in floating point, and again exactly where they come within the error of the extremes. Angles that
     were rounded when read widen the interval by that.
     """
     import numpy as np
 
-    if not at:
+    near = [c.near[curve.joint] for c in cycles]
+    t = np.concatenate([np.array(at) for at, _ in near] or [np.zeros(0)]) * float(curve.knots.period)
+    if not len(t):
         return Residual(Q(0), Q(0), 0.0, 0)
-    t = np.array([float(x) for x in at]) * float(curve.knots.period)
-    off = np.array([float(a) for a in angles]) - curve.at(t)
+    off = np.concatenate([np.array(y) for _, y in near]) - curve.at(t)
     error = _error(curve)
-    low = [_exactly(curve, at[k], angles[k]) for k in map(int, np.flatnonzero(off <= off.min() + 2 * error))]
-    high = [_exactly(curve, at[k], angles[k]) for k in map(int, np.flatnonzero(off >= off.max() - 2 * error))]
-    return Residual(min(low) - rounding, max(high) + rounding, float(np.sqrt(np.mean(off**2))), len(at))
+    extreme = np.flatnonzero((off <= off.min() + 2 * error) | (off >= off.max() - 2 * error))
+    exact = [_exactly(curve, cycles, near, int(k)) for k in extreme]
+    return Residual(min(exact) - rounding, max(exact) + rounding, float(np.sqrt(np.mean(off**2))), len(t))
 
 
-def _exactly(curve: Curve, share: Q, angle: Q) -> Q:
-    return angle - curve.value(share * curve.knots.period)
+def _exactly(curve: Curve, cycles: Sequence[Cycle], near: Sequence[tuple[Sequence[float], ...]], k: int) -> Q:
+    """The distance of the k-th sample of all from the curve."""
+    for c, (at, _) in zip(cycles, near, strict=True):
+        if k < len(at):
+            there = [i for i, v in enumerate(c.angles[curve.joint]) if v is not None]
+            share, angle = c.at[there[k]], c.angles[curve.joint][there[k]]
+            return (angle or Q(0)) - curve.value(share * curve.knots.period)
+        k -= len(at)
+    raise IndexError(k)
 
 
 def _error(curve: Curve) -> float:

@@ -6,6 +6,7 @@ import hashlib
 import textwrap
 
 from haverify.fitting import tables
+from haverify.fitting.bands import coverage, csv
 from haverify.fitting.claims import claims
 from haverify.fitting.curve import Curve, Residual
 from haverify.fitting.walk import Walk
@@ -22,11 +23,13 @@ def emit(walk: Walk, stem: str) -> dict[str, str]:
     """`<stem>.ha` and the tables in `<stem>/` beside it; the same walk gives the same bytes."""
     files = {f"{stem}/phases.csv": tables.phases(walk.knots)}
     files |= {f"{stem}/{c.joint}.csv": tables.polynomials(c) for c in walk.curves}
-    recorded = tables.picked(walk.training, walk.knots)
-    held = tables.picked(walk.held_out, walk.knots) if walk.held_out else []
+    recorded = tables.picked(walk.training[0], walk.knots)
+    held = tables.picked(walk.held_out[0], walk.knots) if walk.held_out else []
     files[f"{stem}/recorded.csv"] = tables.samples(recorded)
     if held:
         files[f"{stem}/held_out.csv"] = tables.samples(held)
+    if walk.bands:
+        files[f"{stem}/bands.csv"] = csv(walk.bands)
     parts = [_head(walk, stem), _tables(walk, stem, files), _automaton(walk), claims(walk, recorded, held)]
     return {f"{stem}.ha": _formatted("\n".join(parts))} | files
 
@@ -54,6 +57,12 @@ def _head(walk: Walk, stem: str) -> str:
     )
     leg, cycles = LEGS[walk.options.leg], len(walk.training)
     held = f" {len(walk.held_out)} more were held out." if walk.held_out else ""
+    if walk.bands and walk.held_out:
+        shares = [coverage(b, walk.held_out).samples for b in walk.bands]
+        held += (
+            f" The band of 95 % in {stem}/bands.csv, mean +- {walk.bands[0].k:.2f} standard deviations, holds"
+            f" {min(shares):.1%} to {max(shares):.1%} of the held-out samples of a joint."
+        )
     whole = {"repeats": "", "closes": ""}.get(walk.strides[0].kind, " It is no whole stride: the period is estimated.")
     return f"""spec "Walk {stem}" version "1.0"
 
@@ -124,10 +133,17 @@ def _automaton(walk: Walk) -> str:
         spread, why = "[0.9, 1.1]", "a declared tenth around that of the one recorded cycle"
     at = [tables.text(t) for t in walk.knots.at]
     slots = "\n".join(f"    {name} until {t} s" for name, t in zip(PHASES, at[1:], strict=True))
-    lets = "\n".join(f"  /// {told(j).capitalize()}.\n  let {j}: deg = {j.upper()}[phase](u)" for j in JOINTS)
+    more = {j: f" + shift_{j}" for j in JOINTS} if walk.shifts else dict.fromkeys(JOINTS, "")
+    lets = "\n".join(f"  /// {told(j).capitalize()}.\n  let {j}: deg = {j.upper()}[phase](u){more[j]}" for j in JOINTS)
+    shifts = "".join(
+        f"param shift_{c.joint}: deg in [{tables.text(a)} deg, {tables.text(b)} deg] default 0 deg\n"
+        for c, (a, b) in zip(walk.curves, walk.shifts, strict=bool(walk.shifts))
+    )
+    if shifts:
+        shifts = "/// How far whole recordings lie from the mean curve: unknown, constant along a run.\n" + shifts
     return f"""/// Walking speed as a multiple of the mean one: {why}. Claims hold for all its values.
 param speed: 1 in {spread} default 1
-
+{shifts}
 /// The walk: a clock from heel strike to heel strike, in each phase a polynomial of the local time u for each joint.
 automaton Walk {{
   var x: s in [0 s, {tables.text(walk.knots.period)} s]

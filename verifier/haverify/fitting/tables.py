@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from haverify.fitting.curve import Curve
@@ -30,21 +30,20 @@ def polynomials(curve: Curve) -> str:
     return _csv(labels, ([name, *map(text, row)] for name, row in zip(PHASES, curve.rows, strict=True)))
 
 
-def picked(cycles: Sequence[Cycle], knots: Knots) -> list[tuple[str, int, Q, dict[str, Q]]]:
-    """Samples with all angles that lie best in each phase, `PICKS` of them: phase, number, instant, angles.
+def picked(c: Cycle, knots: Knots) -> list[tuple[str, int, Q, dict[str, Q]]]:
+    """Samples of a cycle that lie best in each phase, `PICKS` of them: phase, number, instant, angles.
 
-    An instant is rounded to a millionth of a second; nothing else is.
+    Only samples with all six angles count. An instant is rounded to a millionth of a second; nothing else is.
     """
-    every = [
-        (share * knots.period, {j: c.angles[j][i] for j in JOINTS}) for c in cycles for i, share in enumerate(c.at)
-    ]
-    whole = [(t, row) for t, row in every if all(v is not None for v in row.values())]
+    whole = [(share * knots.period, {j: c.angles[j][i] for j in JOINTS}) for i, share in enumerate(c.at)]
+    whole = [(t, row) for t, row in whole if all(v is not None for v in row.values())]
+    near = [float(t) for t, _ in whole]
     found = []
     for k, name in enumerate(PHASES):
         begin, length = knots.at[k], knots.lengths[k]
         for i in range(PICKS):
-            aim = begin + length * Q(2 * i + 1, 2 * PICKS)
-            t, row = min(whole, key=lambda sample: abs(sample[0] - aim))
+            aim = float(begin + length * Q(2 * i + 1, 2 * PICKS))
+            t, row = whole[min(range(len(near)), key=lambda n: abs(near[n] - aim))]
             inside = min(max(Q(round(t * 1_000_000), 1_000_000), begin), begin + length)
             if abs(inside - t) <= Q(1, 1_000_000):
                 found.append((name, i, inside, {j: v for j, v in row.items() if v is not None}))
@@ -63,5 +62,5 @@ def text(q: Q) -> str:
     return exact if exact is not None else decimal_text(Q(round(q * 10**9), 10**9)) or "0"
 
 
-def _csv(labels: str, rows: object) -> str:
-    return "\n".join([labels, *(",".join(row) for row in rows)]) + "\n"  # type: ignore[attr-defined]
+def _csv(labels: str, rows: Iterable[Sequence[str]]) -> str:
+    return "\n".join([labels, *(",".join(row) for row in rows)]) + "\n"

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import ceil, floor
 
+from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
-from haverify.fitting.curve import Curve, Residual, residual, samples
+from haverify.fitting.bands import Band, band
+from haverify.fitting.bounded import Interval
+from haverify.fitting.curve import Curve, Residual, residual
 from haverify.fitting.knots import Knots, knots
-from haverify.fitting.solve import degree, solve
+from haverify.fitting.solve import curve, points
 from haverify.recordings.cycles import Cycle, cycles, timed, whole
 from haverify.recordings.events import Steps, steps
 from haverify.recordings.phases import boundaries
 from haverify.recordings.recording import JOINTS, Forces, Recording
 from haverify.recordings.stride import Stride, is_still, stride
-from haverify.text.record import record, replace
+from haverify.text.record import field, record, replace
 
 Q = Fraction
 
@@ -27,17 +31,23 @@ class Options:
 
     `leg`: whose heel strikes begin cycles (`l`, `r`; empty: the one with more cycles, else the right). `order`: of the
     derivatives without a step. `degree`: of all polynomials (None: chosen for each). `events`: how they are seen.
+    `bounds`: where hips (`h`), knees (`k`) or ankles (`a`) have to stay.
     """
 
     leg: str = ""
     order: int = 1
     degree: int | None = None
     events: str = "zeni"
+    bounds: Mapping[str, Interval] = field(default_factory=dict)
 
 
 @record
 class Walk:
-    """A fitted walk. `training` cycles made the curves, `held_out` ones did not; residuals are of each."""
+    """A fitted walk. `training` cycles made the curves, `held_out` ones did not; residuals are of each.
+
+    `shifts` are how far whole recordings lie from each curve, of several recordings. `rounding` is that of the angles.
+    `is_tried` where the held-out cycles are of recordings given for that, whose claims are to be proved as they are.
+    """
 
     recordings: tuple[Recording, ...]
     strides: tuple[Stride, ...]
@@ -49,7 +59,10 @@ class Walk:
     residuals: tuple[Residual, ...]
     held_residuals: tuple[Residual, ...]
     options: Options
-    fixed: bool  # whether some boundary of phases is a usual share, not an event
+    bands: tuple[Band, ...]
+    shifts: tuple[tuple[Q, Q], ...]
+    rounding: Q
+    is_tried: bool
 
     @property
     def cycles(self) -> tuple[Cycle, ...]:
@@ -57,25 +70,44 @@ class Walk:
 
 
 def walk(
-    recordings: Sequence[Recording], forces: Sequence[Forces], options: Options
+    recordings: Sequence[Recording],
+    forces: Sequence[Forces],
+    options: Options,
+    tried: Sequence[Recording] = (),
 ) -> tuple[Walk | None, list[Diagnostic]]:
-    """The walk in some recordings, with findings; None where one of them is an error."""
+    """The walk in some recordings, with findings; None where one of them is an error.
+
+    Cycles of `tried` recordings are the ones held out, if there are any: all cycles of the others make the curves.
+    """
     found: list[Diagnostic] = []
-    seen: list[tuple[Recording, Stride, Steps]] = []
-    for r in recordings:
-        s, more = _stride(r)
-        found += more
-        if s is not None:
-            events = steps(r, s, _forces_of(r, forces), options.events)
-            found += events.found
-            seen.append((r, timed(s, events), events))
-    options = replace(options, leg=options.leg or _leg(seen))
-    groups = [cycles(*one, options.leg) for one in seen]
-    strides, methods = [s for _, s, _ in seen], [e.of[options.leg].method for _, _, e in seen]
-    if not groups or any(d.severity is Severity.ERROR for d in found) or len(groups) < len(recordings):
+    seen = [_seen(r, forces, options, found) for r in (*recordings, *tried)]
+    there = [x for x in seen if x is not None]
+    if not there or len(there) < len(seen) or any(is_error(d) for d in found):
         return None, found
-    made, more = _fitted(recordings, groups, strides, methods, options)
-    return made, [*found, *more]
+    options = replace(options, leg=options.leg or _leg(there))
+    groups = [cycles(*one, options.leg) for one in there]
+    n = len(recordings)
+    training, held_out = split(groups) if not tried else (_joined(groups[:n]), _joined(groups[n:]))
+    made, more = _fitted(tuple(recordings), there[:n], training, held_out, options)
+    return (replace(made, is_tried=True, rounding=_rounding(*recordings, *tried)) if tried else made), [*found, *more]
+
+
+Seen = tuple[Recording, Stride, Steps]
+
+
+def _seen(r: Recording, forces: Sequence[Forces], options: Options, found: list[Diagnostic]) -> Seen | None:
+    """A recording with its stride and its events; None where findings say why."""
+    s, more = _stride(r)
+    found += more
+    if s is None:
+        return None
+    events = steps(r, s, _forces_of(r, forces), options.events)
+    found += events.found
+    return r, timed(s, events), events
+
+
+def _rounding(*recordings: Recording) -> Q:
+    return max(r.rounding for r in recordings)
 
 
 def _leg(seen: Sequence[tuple[Recording, Stride, Steps]]) -> str:
@@ -112,28 +144,24 @@ def _stride(r: Recording) -> tuple[Stride | None, list[Diagnostic]]:
 
 
 def _fitted(
-    recordings: Sequence[Recording],
-    groups: Sequence[Sequence[Cycle]],
-    strides: Sequence[Stride],
-    methods: Sequence[str],
+    recordings: tuple[Recording, ...],
+    seen: Sequence[Seen],
+    training: list[Cycle],
+    held_out: list[Cycle],
     options: Options,
 ) -> tuple[Walk, list[Diagnostic]]:
-    every = [c for g in groups for c in g]
-    training, held_out = split(groups)
-    shares, found = boundaries(every)
-    grid = knots(shares, sum((c.length for c in every), Q(0)) / len(every))
-    curves = []
-    for joint in JOINTS:
-        d = options.degree if options.degree is not None else degree(training, joint, grid, options.order)
-        curves.append(solve(training, joint, grid, options.order, d))
-    rounding = max(r.rounding for r in recordings)
-    trained, left = (
-        tuple(residual(c, *samples(part, c.joint), rounding) for c in curves) for part in (training, held_out)
-    )
+    shares, found = boundaries(training)
+    grid = knots(shares, sum((c.length for c in training), Q(0)) / len(training))
+    curves = [
+        curve(points(training, j, grid), j, grid, options.order, options.degree, options.bounds.get(j[1]))
+        for j in JOINTS
+    ]
+    rounding = _rounding(*recordings)
+    trained, left = (tuple(residual(c, part, rounding) for c in curves) for part in (training, held_out))
     made = Walk(
-        recordings=tuple(recordings),
-        strides=tuple(strides),
-        methods=tuple(methods),
+        recordings=recordings,
+        strides=tuple(s for _, s, _ in seen),
+        methods=tuple(e.of[options.leg].method for _, _, e in seen),
         training=tuple(training),
         held_out=tuple(held_out),
         knots=grid,
@@ -141,9 +169,28 @@ def _fitted(
         residuals=trained,
         held_residuals=left,
         options=options,
-        fixed=bool(found),
+        bands=tuple(b for j in JOINTS if (b := band(training, j)) is not None),
+        shifts=tuple(_shift(c, training) for c in curves) if len(recordings) > 1 else (),
+        rounding=rounding,
+        is_tried=False,
     )
     return made, found
+
+
+def _shift(c: Curve, cycles: Sequence[Cycle]) -> tuple[Q, Q]:
+    """How far recordings are from a curve on average: an interval in tenths of a degree that holds 0 and all."""
+    import numpy as np
+
+    means = [0.0]
+    for origin in dict.fromkeys(x.origin for x in cycles):
+        near = [x.near[c.joint] for x in cycles if x.origin == origin]
+        t = np.concatenate([np.array(at) for at, _ in near]) * float(c.knots.period)
+        means.append(float(np.mean(np.concatenate([np.array(y) for _, y in near]) - c.at(t))))
+    return Q(floor(min(means) * 10), 10), Q(ceil(max(means) * 10), 10)
+
+
+def _joined(groups: Sequence[Sequence[Cycle]]) -> list[Cycle]:
+    return [c for g in groups for c in g]
 
 
 def split(groups: Sequence[Sequence[Cycle]]) -> tuple[list[Cycle], list[Cycle]]:

@@ -15,7 +15,7 @@ from haverify.model.expression import FALSE, TRUE, Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
-from haverify.obligations.formula import Formula, compare, conjunction, literals
+from haverify.obligations.formula import Formula, Literal, compare, conjunction, literals
 from haverify.obligations.formula import negation as denied
 from haverify.obligations.functions import Functions
 from haverify.obligations.horizon import implied_end
@@ -190,13 +190,15 @@ class Induction:
         for line in self.mode(mode).flow:
             if isinstance(line.rate, Range):
                 raise OutsideFragmentError(f"`{line.var}' in [..]` in mode {mode} is an inclusion")
-            quotients[line.var] = self._quotient(self.scope(mode).cases(line.rate), f"`{line.var}'` in mode {mode}")
+            quotients[line.var] = self._quotient(
+                self.scope(mode).cases(line.rate), f"`{line.var}'` in mode {mode}", mode
+            )
         divisors = list(dict.fromkeys(d for _, d in quotients.values() if d != ONE))
         clock = prod(divisors, start=ONE)
         rates = {v: n * prod((e for e in divisors if e != d), start=ONE) for v, (n, d) in quotients.items()}
         return rates | {TIME: clock}
 
-    def _quotient(self, cases: list[Case], what: str) -> tuple[Polynomial, Polynomial]:
+    def _quotient(self, cases: list[Case], what: str, mode: str) -> tuple[Polynomial, Polynomial]:
         """The one value of a rate, its divisor above 0."""
         if len(cases) > 1 or cases[0].condition is not True:
             raise OutsideFragmentError(f"{what} has cases")
@@ -204,15 +206,36 @@ class Induction:
         if d.constant:
             return n.scaled(1 / d.constant), ONE
         for sign in (Q(1), Q(-1)):
-            if self._is_positive(d.scaled(sign)):
+            if self._is_positive(d.scaled(sign), mode):
                 return n.scaled(sign), d.scaled(sign)
         raise OutsideFragmentError(f"{what} has a divisor that may be 0")
 
-    def _is_positive(self, p: Polynomial) -> bool:
-        """Whether it is above 0, by the ranges of params, or as a positive number plus even powers."""
+    def _is_positive(self, p: Polynomial, mode: str) -> bool:
+        """Whether it is above 0, as a positive number plus even powers, or by the ranges of params and the domain."""
         if all(c > 0 and all(e % 2 == 0 for _, e in m) for m, c in p.whole.items()) and () in p.whole:
             return True
-        return set(p.variables) <= self.params.keys() and bounds(p, self.params)[0] > 0
+        box: dict[str, tuple[Q, Q]] = dict(self.params)
+        lows, highs = self._ends(mode)
+        box |= {v: (lows[v], highs[v]) for v in lows.keys() & highs.keys() if lows[v] <= highs[v]}
+        if set(p.variables) <= box.keys():
+            return bounds(p, box)[0] > 0
+        lows |= {n: low for n, (low, _) in self.params.items()}
+        is_growing = all(c > 0 or not m for m, c in p.whole.items()) and all(lows.get(v, -1) >= 0 for v in p.variables)
+        return is_growing and p.value(lows) > 0
+
+    def _ends(self, mode: str) -> tuple[dict[str, Q], dict[str, Q]]:
+        """The bounds that a domain gives to variables one by one."""
+        lows, highs = dict[str, Q](), dict[str, Q]()
+        for f in self.premises(self.formula(self.mode(mode).domain, mode, is_closed=True)).entries:
+            if isinstance(f, Literal) and f.op in ("<", "<=") and f.polynomial.total_degree() == 1:
+                (v, *others), terms = f.polynomial.variables, f.polynomial.terms
+                if not others:
+                    end = -terms.get((), Q(0)) / terms[((v, 1),)]
+                    if terms[((v, 1),)] > 0:
+                        highs[v] = min(highs.get(v, end), end)
+                    else:
+                        lows[v] = max(lows.get(v, end), end)
+        return lows, highs
 
     def derivative(self, p: Polynomial, mode: str) -> Polynomial:
         """The derivative of a polynomial along the flow of a mode."""

@@ -411,6 +411,8 @@ _VALUES: dict[str, Callable[[Scope, Expr], list[Case]]] = {
     "sin": _function,
     "cos": _function,
     "exp": _function,
+    "log": _function,
+    "sqrt": _function,
     "pre": lambda s, e: _before(s, e).cases(e.children[0]),
 }
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 
 from haverify.recordings.events import Steps
@@ -15,6 +17,9 @@ Q = Fraction
 
 OPPOSITE = {"l": "r", "r": "l"}
 _TOLERANCE = Q(35, 100)  # of a stride, by which a cycle may be longer or shorter
+
+
+_CUT = Q(5, 100)  # of a stride: a recording that closes was cut at the heel strike so near to its ends
 
 
 @record
@@ -31,6 +36,16 @@ class Cycle:
     at: tuple[Q, ...]
     angles: Mapping[str, tuple[Q | None, ...]]
     events: Mapping[str, Q]
+
+    @cached_property
+    def near(self) -> Mapping[str, tuple[tuple[float, ...], tuple[float, ...]]]:
+        """For each joint the shares and the angles that are there, in floating point."""
+        shares = [float(q) for q in self.at]
+        pairs = {
+            j: [(s, float(v)) for s, v in zip(shares, vs, strict=True) if v is not None]
+            for j, vs in self.angles.items()
+        }
+        return {j: (tuple(s for s, _ in ps), tuple(v for _, v in ps)) for j, ps in pairs.items()}
 
 
 def timed(s: Stride, steps: Steps) -> Stride:
@@ -61,8 +76,6 @@ def cycles(r: Recording, s: Stride, steps: Steps, leg: str) -> list[Cycle]:
 
 
 def _cycle(r: Recording, steps: Steps, leg: str, start: Q, length: Q) -> Cycle:
-    from bisect import bisect_left
-
     first, last = bisect_left(r.times, start), bisect_left(r.times, start + length)
     at = tuple((t - start) / length for t in r.times[first:last])
     angles = {j: r.angles[j][first:last] for j in JOINTS}
@@ -74,6 +87,8 @@ def _folded(r: Recording, s: Stride, steps: Steps, leg: str) -> Cycle:
     length = Q(round(s.seconds * 10_000), 10_000)
     strikes = steps.of[leg].strikes
     start = next((t for t in strikes if r.times[0] <= t <= r.times[-1]), r.times[0])
+    if s.kind == "closes" and min((start - r.times[0]) % length, (r.times[0] - start) % length) <= _CUT * length:
+        start = r.times[0]
     if not strikes and s.kind == "mirrors":
         others = steps.of[OPPOSITE[leg]].strikes
         start = others[0] - length / 2 if others else start
@@ -93,10 +108,11 @@ def _events(steps: Steps, leg: str, start: Q, length: Q, is_folded: bool) -> dic
     other, own = steps.of[OPPOSITE[leg]], steps.of[leg]
     found = {}
     for name, times in (("off", other.offs), ("strike", other.strikes), ("own", own.offs)):
-        shares = [(t - start) / length for t in times]
-        inside = [q % 1 for q in shares] if is_folded else [q for q in shares if 0 < q < 1]
-        if inside:
-            found[name] = inside[0]
+        if is_folded and times:
+            found[name] = (times[0] - start) / length % 1
+        first = bisect_right(times, start)
+        if not is_folded and first < len(times) and times[first] < start + length:
+            found[name] = (times[first] - start) / length
     return found
 
 

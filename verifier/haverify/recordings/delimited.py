@@ -12,9 +12,9 @@ from fractions import Fraction
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.recordings.angles import Stated, recording
 from haverify.recordings.columns import Columns, columns_of
+from haverify.recordings.counts import counted, has_counts
 from haverify.recordings.labels import joint_of
 from haverify.recordings.recording import Recording
-from haverify.text.record import replace
 from haverify.text.source import Source
 
 _UNIT = re.compile(r"[\[(_ ](deg|degrees|rad|radians)[\])]?$", re.IGNORECASE)
@@ -25,7 +25,11 @@ _SCALES = {"ms": Fraction(1, 1000), "percent": Fraction(1, 100)}
 def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[Diagnostic]]:
     """The recording in a file of separated values; `angles` is the unit the caller states for those without one."""
     start = _after_remarks(source.text)
-    columns, found = columns_of(source, start, _separator(source.text[start:].split("\n", 1)[0]))
+    labels = source.text[start:].split("\n", 1)[0]
+    if has_counts(labels):
+        sensed, found = counted(source, start, _separator(labels))
+        return sensed.recording if sensed else None, found
+    columns, found = columns_of(source, start, _separator(labels))
     if columns is None or any(d.code == "HA210" for d in found):
         return None, found
     time, scale = _time(columns)
@@ -33,9 +37,7 @@ def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[
         span = columns.spans[0].to(columns.spans[-1])
         return None, [*found, Diagnostic("HA224", "no column `time` (or `percent`)", span)]
     stated = _stated(columns, angles)
-    made, more = recording(columns, time, stated)
-    if made is not None and scale != 1:
-        made = replace(made, times=tuple(t * scale for t in made.times))
+    made, more = recording(columns, time, stated, scale)
     return made, [*found, *more]
 
 

@@ -53,7 +53,7 @@ def moving(r: Recording, s: Stride, method: str) -> dict[str, Events]:
 
     times = grid(r)
     if r.tracks:
-        times, of = np.array([float(t) for t in r.times]), dict(r.tracks)
+        times, of = np.array(r.clock), dict(r.tracks)
     else:
         of = tracks(r, times)
     if s.kind == "closes":

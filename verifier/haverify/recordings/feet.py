@@ -29,11 +29,9 @@ def values(r: Recording, joint: str, times: Array) -> Array:
     """The angles of a joint at some instants, linearly between samples, in degrees."""
     import numpy as np
 
-    pairs = [(float(t), float(v)) for t, v in zip(r.times, r.angles[joint], strict=True) if v is not None]
-    if not pairs:
-        return np.zeros(len(times))
-    xs, ys = zip(*pairs, strict=True)
-    return np.asarray(np.interp(times, xs, ys))
+    y = np.array(r.near[joint])
+    there = np.isfinite(y)
+    return np.asarray(np.interp(times, np.array(r.clock)[there], y[there])) if there.any() else np.zeros(len(times))
 
 
 def _track(hip: Array, knee: Array, ankle: Array) -> Track:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 ZENI = "heel and toe farthest from the pelvis (Zeni 2008)"
 VELOCITY = "vertical velocity of the foot (O'Connor 2007)"
 
+_AROUND = 0.02  # seconds on either side of an extreme
 _LOW = 0.35  # of the heel's range: a strike happens below
 
 
@@ -26,7 +27,7 @@ def zeni(track: Track, times: Array, period: float) -> Events:
     """
     import numpy as np
 
-    heel, toe = np.array(track.heel_x), -np.array(track.toe_x)
+    heel, toe = _smooth(np.array(track.heel_x), times), -_smooth(np.array(track.toe_x), times)
     strikes, offs = (_instants(peaks(v, times, period), v, times) for v in (heel, toe))
     return Events(strikes, offs, ZENI)
 
@@ -76,12 +77,17 @@ def peaks(values: Array, times: Array, period: float) -> list[int]:
 
 
 def _instants(at: list[int], values: Array, times: Array) -> tuple[Fraction, ...]:
-    """The instants of extremes, between samples by the parabola through three, to a tenth of a millisecond."""
+    """The instants of extremes, to a tenth of a millisecond: those of parabolas through 40 ms around them."""
+    import numpy as np
+
+    step = float(times[1] - times[0]) if len(times) > 1 else 1.0
+    half = max(1, round(_AROUND / step))
     found = []
     for k in at:
-        before, here, after = (float(values[i]) for i in (k - 1, k, k + 1))
-        bend = before - 2 * here + after
-        shift = 0.5 * (before - after) / bend if bend != 0 else 0.0
-        step = float(times[k + 1] - times[k - 1]) / 2
-        found.append(Fraction(round((float(times[k]) + min(max(shift, -0.5), 0.5) * step) * 10_000), 10_000))
+        a, b = max(k - half, 0), min(k + half + 1, len(values))
+        x = (times[a:b] - times[k]) / step
+        bend, slope, _ = np.polyfit(x, values[a:b], 2) if b - a > 2 else (0.0, 0.0, 0.0)
+        shift = -slope / (2 * bend) if bend != 0 else 0.0
+        instant = float(times[k]) + min(max(float(shift), -half / 2), half / 2) * step
+        found.append(Fraction(round(instant * 10_000), 10_000))
     return tuple(found)

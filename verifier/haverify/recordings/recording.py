@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cached_property
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.text.record import field, record
@@ -72,6 +74,16 @@ class Recording:
     marked: Mapping[str, Events] = field(default_factory=dict)
     pelvis_y: tuple[float, ...] = ()
     facts: tuple[str, ...] = ()
+
+    @cached_property
+    def clock(self) -> tuple[float, ...]:
+        """The times in floating point."""
+        return tuple(float(t) for t in self.times)
+
+    @cached_property
+    def near(self) -> Mapping[str, tuple[float, ...]]:
+        """The angles in floating point, NaN where one is missing."""
+        return {j: tuple(math.nan if v is None else float(v) for v in vs) for j, vs in self.angles.items()}
 
     @property
     def name(self) -> str:

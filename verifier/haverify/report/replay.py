@@ -57,6 +57,17 @@ class Pace:
 
 
 @record
+class Comparison:
+    """Rms differences (deg) of an output: automaton and recording, robot and automaton, robot and recording."""
+
+    output: str
+    joint: str
+    automaton_recording: float
+    robot_automaton: float
+    robot_recording: float
+
+
+@record
 class Replay:
     """What a replay found out, beside the claims in `report.json`. `samples` is how many instants were looked at."""
 
@@ -72,6 +83,7 @@ class Replay:
     checks: list[Check]
     joints: list[Joint]
     pace: Pace | None
+    compared: list[Comparison]
     notes: list[str]
     exit_code: int
 
@@ -94,12 +106,18 @@ def table(r: Replay) -> str:
 def _row(c: Check, width: int) -> str:
     mark = _MARK[c.met] if not c.advice else "  "
     word = c.verdict if c.basis != "sampled" else "sampled"
-    margin = f"margin {_short(c.margin)} {c.unit}".rstrip() if c.margin is not None else ""
+    if c.basis == "checked":
+        return f"  {mark} {word:<8} {c.name:<{width}}  {_margin(c):<22} {c.mode:<6} {c.what}".rstrip()
+    margin = _margin(c)
     value = f"{_short(c.value)} {c.unit}".rstrip() if c.value is not None else ""
     limit = f" of {_short(c.limit)}" if c.limit is not None else ""
     when = f"t = {_short(c.time_s)} s, {c.mode}" if c.time_s is not None else c.mode
     said = f"{c.what}: {value}{limit}" if value else c.what
     return f"  {mark} {word:<8} {c.name:<{width}}  {margin:<22} {said:<46} {when}".rstrip()
+
+
+def _margin(c: Check) -> str:
+    return f"margin {_short(c.margin)} {c.unit}".rstrip() if c.margin is not None else ""
 
 
 def _fraction(text: str) -> float:

@@ -189,7 +189,7 @@ def _feet(t: Trajectory, m: Motion) -> list[Sampled]:
     if len(passing):
         p = int(passing[np.argmin(lowest[passing])])
         value = float(lowest[p])
-        found.append(Sampled("swing clearance", "where feet pass", value, 0.0, value, "mm", *_at(t, p)))
+        found.append(Sampled("swing clearance", "where feet pass", value, None, None, "mm", *_at(t, p)))
     s = int(np.argmax(m.slip))
     found.append(
         Sampled(

@@ -7,7 +7,7 @@ gait's automaton itself, hold for every value of its params, and are decided, ce
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from haverify.maths.exact import decimal_text
@@ -16,6 +16,7 @@ from haverify.robot.mapping import Drive, Map
 from haverify.text.record import record
 
 Q = Fraction
+MADE = "// Made by haverify replay, and written anew each time."
 
 
 @record
@@ -28,7 +29,7 @@ class Pace:
 
 def claims_text(title: str, spec: str, m: Map, robot: Robot, pace: Pace | None) -> str:
     """The claims about the joints that are driven, each joint with its own; `spec` is the path of the gait's spec."""
-    blocks = [f'spec "{title}" version "1.0"', f'import "{spec}" as gait']
+    blocks = [f'{MADE}\nspec "{title}" version "1.0"', f'import "{spec}" as gait']
     for d in m.drives:
         limits = robot.hinges[d.joint].limits
         assert limits is not None, "what is driven is a hinge"
@@ -49,7 +50,7 @@ def names(m: Map) -> Iterator[str]:
 
 
 def _position(d: Drive, limits: Limits, m: Map) -> str:
-    angle = f"{_times(d.factor)}{d.output}" + (f" + {_number(d.offset)} deg" if d.offset else "")
+    angle = f"{_times(d.factor)}{_sum(d.outputs)}" + (f" + {_number(d.offset)} deg" if d.offset else "")
     doc = f"The posture of {d.joint} is one that the joint can take, over the whole cycle."
     body = f"always {angle_text(limits.lower)} <= {angle} <= {angle_text(limits.upper)}"
     return _property(f"position_{d.joint}", doc, [body], m)
@@ -66,12 +67,14 @@ def _acceleration(d: Drive, m: Map) -> str:
 
 
 def _speed_line(d: Drive, limits: Limits, pace: Q) -> str:
-    return f"always abs({_times(abs(d.factor) * pace)}der({d.output})) <= {_number(limits.velocity)} rad/s"
+    rate = _sum([f"der({o})" for o in d.outputs])
+    return f"always abs({_times(abs(d.factor) * pace)}{rate}) <= {_number(limits.velocity)} rad/s"
 
 
 def _acceleration_line(d: Drive, m: Map, pace: Q) -> str:
     assert m.acceleration is not None, "asked for where there is a limit"
-    return f"always abs({_times(abs(d.factor) * pace**2)}der(der({d.output}))) <= {_number(m.acceleration)} rad/s^2"
+    rate = _sum([f"der(der({o}))" for o in d.outputs])
+    return f"always abs({_times(abs(d.factor) * pace**2)}{rate}) <= {_number(m.acceleration)} rad/s^2"
 
 
 def _paces(m: Map, robot: Robot, pace: Pace) -> list[str]:
@@ -119,6 +122,10 @@ def angle_text(radians: Q) -> str:
     if float(radians) == math.radians(degrees):
         return f"{degrees} deg"
     return f"{_number(radians)} rad"
+
+
+def _sum(terms: Sequence[str]) -> str:
+    return terms[0] if len(terms) == 1 else f"({' + '.join(terms)})"
 
 
 def _times(factor: Q) -> str:

@@ -18,20 +18,20 @@ from haverify.text.span import Span
 Q = Fraction
 SIDES = ("left", "right")
 _KEYS = {
-    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect"),
+    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect", "recording"),
     "time": ("speed",),
     "joint": ("joint", "output", "unit", "sign", "amplitude", "offset"),
     "sway": ("roll", "left_ankle", "right_ankle", "left_hip", "right_hip"),
-    "limits": ("acceleration",),
+    "limits": ("acceleration", "penetration"),
 }
 
 
 @record
 class Drive:
-    """A joint's angle as `factor * output + offset`, the output in `unit`, the offset in deg; `span` is its place."""
+    """A joint's angle: `factor * (sum of outputs) + offset`, outputs in `unit`, offset in deg; `span` is its place."""
 
     joint: str
-    output: str
+    outputs: tuple[str, ...]
     unit: str  # deg or rad
     factor: Q
     offset: Q
@@ -58,6 +58,8 @@ class Map:
     sway: Sway | None
     speed: Q
     acceleration: Q | None  # rad/s^2
+    recording: str | None  # path of the recording that the gait was made from, seen from the map's folder
+    penetration: Q  # m, how far the swing sole may be below the ground
     expected: Mapping[str, str]  # checks that are known to be refuted, with the reason
     source: Source
 
@@ -79,6 +81,10 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     sway = _sway(e, robot, drives)
     speed = _positive(e, "time", "speed", Q(1))
     acceleration = _positive(e, "limits", "acceleration", None)
+    recording = e.values.get("recording")
+    if recording is not None and not isinstance(recording, str):
+        e.wrong("HA210", "`recording` is to name a file", "", "recording")
+    penetration = _positive(e, "limits", "penetration", None) or Q(0)
     stance = _stance(e)
     expected = _expected(e)
     automaton = e.values.get("automaton")
@@ -86,21 +92,23 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
         e.wrong("HA210", '`automaton = "..."` is to name the automaton whose outputs are replayed', "", "automaton")
     if e.found or speed is None:
         return None, e.found
-    return Map(str(automaton), drives, posture, stance, sway, speed, acceleration, expected, source), []
+    return Map(
+        str(automaton), drives, posture, stance, sway, speed, acceleration, recording, penetration, expected, source
+    ), []
 
 
 def check_against(m: Map, outputs: Mapping[str, str | None], modes: Iterable[str]) -> list[Diagnostic]:
     """What a map says of outputs (with their units) and modes that the automaton does not have."""
     e = read_toml(m.source)
     for i, d in enumerate(m.drives):
-        if d.output not in outputs:
-            e.wrong("HA002", f"no output `{d.output}` in automaton {m.automaton}", "joint", "output", i)
-            continue
-        written = e.values["joint"][i]["unit"]
-        if outputs[d.output] != written:
-            unit = outputs[d.output] or "no unit"
-            message = f"`{d.output}` is in {unit}, the map reads it in {written}"
-            e.wrong("HA101", message, "joint", "unit", i, f'`unit = "{unit}"`' if outputs[d.output] else "")
+        for name in d.outputs:
+            if name not in outputs:
+                hint = _close(name, outputs)
+                e.wrong("HA002", f"no output `{name}` in automaton {m.automaton}{hint}", "joint", "output", i)
+            elif outputs[name] != d.unit:
+                unit = outputs[name] or "no unit"
+                message = f"`{name}` is in {unit}, the map reads it in {d.unit}"
+                e.wrong("HA101", message, "joint", "unit", i, f'`unit = "{unit}"`' if outputs[name] else "")
     known = list(modes)
     for mode in m.stance:
         if mode not in known:
@@ -142,8 +150,10 @@ def _drives(e: Entries, robot: Robot) -> tuple[Drive, ...]:
             e.wrong("HA002", f"the robot {robot.name} has no joint {joint}{hint}", "joint", "joint", i)
         elif any(d.joint == joint for d in found):
             e.wrong("HA004", f"joint {joint} is driven twice", "joint", "joint", i)
-        if not isinstance(output, str):
-            e.wrong("HA210", "`output` is to name what drives the joint", "joint", "output", i)
+        if not isinstance(output, str) or not all(_outputs(output)):
+            e.wrong(
+                "HA210", "`output` is to name what drives the joint: `lh`, or a sum `lh + lk`", "joint", "output", i
+            )
         if unit is None:
             e.wrong("HA106", f"nothing says in which unit `{output}` is", "joint", "output", i, '`unit = "deg"`')
         elif unit not in ("deg", "rad"):
@@ -156,12 +166,23 @@ def _drives(e: Entries, robot: Robot) -> tuple[Drive, ...]:
             numbers[key] = Q(value) if is_number(value) else Q(0)
             if not is_number(value):
                 e.wrong("HA210", f"`{key}` is to be a number", "joint", key, i)
+        if unit == "rad" and numbers["offset"]:
+            message = "an offset counts in deg, and this output in rad: put the offset into the gait"
+            e.wrong("HA101", message, "joint", "offset", i)
         if not e.found:
             factor = Q(row["sign"]) * numbers["amplitude"]
             found.append(
-                Drive(str(joint), str(output), str(unit), factor, numbers["offset"], e.at("joint", "joint", i))
+                Drive(
+                    str(joint), _outputs(str(output)), str(unit), factor, numbers["offset"], e.at("joint", "joint", i)
+                )
             )
     return tuple(found)
+
+
+def _outputs(text: str) -> tuple[str, ...]:
+    """The outputs of a sum; what is no name is empty."""
+    words = [word.strip() for word in text.split("+")]
+    return tuple(word if word.isidentifier() else "" for word in words)
 
 
 def _posture(e: Entries, robot: Robot, drives: tuple[Drive, ...]) -> dict[str, Q]:

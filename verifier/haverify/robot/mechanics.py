@@ -146,3 +146,19 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     corners = np.array([[float(c) for c in corner] for corner in d.sole.corners])
     soles = {s: np.einsum("nij,cj->nci", turned[s], corners) + moved_to[s][:, None, :] for s in e.feet}
     return Motion(com, com_speed, wrench, torque, soles, swing_speed, distance, nearest, momentum, points, slip)
+
+
+def heights(e: Engine, t: Trajectory) -> dict[str, Floats]:
+    """How high each ankle is while the base is held still and upright, by side."""
+    import numpy as np
+
+    pin, model, data = e.pin, e.model, e.data
+    at_q = [model.joints[model.getJointId(n)].idx_q for n in t.joints]
+    found = {side: np.zeros(len(t.times)) for side in e.feet}
+    q = pin.neutral(model)
+    for k in range(len(t.times)):
+        q[at_q] = t.q[k]
+        pin.forwardKinematics(model, data, q)
+        for side, joint in e.feet.items():
+            found[side][k] = data.oMi[joint].translation[2]
+    return found

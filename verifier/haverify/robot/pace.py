@@ -16,7 +16,8 @@ from haverify.maths.polynomial import Polynomial, constant, total, variable
 from haverify.robot.body import Robot
 from haverify.robot.claims import Pace
 from haverify.robot.cycle import Cycle
-from haverify.robot.mapping import Map
+from haverify.robot.mapping import Drive, Map
+from haverify.robot.trajectory import summed
 
 Q = Fraction
 STEP = Q(1, 10_000)
@@ -31,10 +32,10 @@ def greatest_pace(cycle: Cycle, m: Map, robot: Robot) -> Pace | None:
         limits = robot.hinges[d.joint].limits
         assert limits is not None, "what is driven is a hinge"
         scale = abs(d.factor) * (PI[1] / 180 if d.unit == "deg" else 1)  # to rad; above, so that the pace is below
-        speed = scale * _greatest(cycle, d.output, 1) * cycle.fastest
+        speed = scale * _greatest(cycle, d, 1) * cycle.fastest
         if speed:
             found.append(limits.velocity / speed)
-        if m.acceleration is not None and (most := scale * _greatest(cycle, d.output, 2) * cycle.fastest**2):
+        if m.acceleration is not None and (most := scale * _greatest(cycle, d, 2) * cycle.fastest**2):
             found.append(_root(m.acceleration / most))
     if not found:
         return None
@@ -48,11 +49,11 @@ def _root(q: Q) -> Q:
     return Q(isqrt(q.numerator * scale**2 // q.denominator), scale)
 
 
-def _greatest(cycle: Cycle, output: str, order: int) -> Q:
-    """The greatest magnitude of a derivative of an output, at the pace followed."""
+def _greatest(cycle: Cycle, d: Drive, order: int) -> Q:
+    """The greatest magnitude of a derivative of what drives a joint, at the pace followed."""
     ranges, most = Ranges(), Q(0)
     for piece in cycle.pieces:
-        p: Polynomial = total(constant(c) * variable("t") ** k for k, c in enumerate(piece.outputs[output]))
+        p: Polynomial = total(constant(c) * variable("t") ** k for k, c in enumerate(summed(piece, d.outputs)))
         for _ in range(order):
             p = p.derivative("t")
         value = p.constant

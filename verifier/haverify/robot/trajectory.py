@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from haverify.robot.body import Robot
@@ -92,10 +93,16 @@ def angle(p: Piece, m: Map, joint: str) -> list[tuple[Q, bool]]:
     drive = m.drive(joint)
     if drive is None:
         return [(still, True)]
-    scaled = [c * drive.factor for c in p.outputs[drive.output]]
+    scaled = [c * drive.factor for c in summed(p, drive.outputs)]
     if drive.unit == "rad":
         return _in_radians(scaled, drive)
     return [(scaled[0] + drive.offset, True), *((c, True) for c in scaled[1:])]
+
+
+def summed(p: Piece, outputs: Sequence[str]) -> list[Q]:
+    """The coefficients of a sum of outputs."""
+    rows = [p.outputs[name] for name in outputs]
+    return [sum(column, Q(0)) for column in zip_longest(*rows, fillvalue=Q(0))]
 
 
 def _in_radians(scaled: list[Q], drive: Drive) -> list[tuple[Q, bool]]:

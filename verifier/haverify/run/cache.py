@@ -8,26 +8,15 @@ its digest or its reading and costs the time to decide again, nothing else. Only
 from __future__ import annotations
 
 import hashlib
-import json
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from haverify.evidence.as_json import evidence_from, evidence_to
 from haverify.evidence.evidence import Evidence
 from haverify.evidence.verdict import Unknown
+from haverify.run import kept
 
 _SCHEMA = "haverify.cache/1"
-_PACKS = 256  # models whose evidence is kept; the oldest go first
-
-
-def folder() -> Path:
-    """Where the cache lives: `$HAVERIFY_CACHE`, else `haverify` in the user's cache folder."""
-    if os.environ.get("HAVERIFY_CACHE"):
-        return Path(os.environ["HAVERIFY_CACHE"])
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home and os.path.isabs(home) else Path.home() / ".cache") / "haverify"
 
 
 def fetch(model: str, claims: Mapping[str, str]) -> dict[str, Evidence]:
@@ -50,7 +39,7 @@ def keep(model: str, claims: Mapping[str, str], evidence: Mapping[str, Evidence]
         names = {cell: _digest(content) for cell, content in e.cells.items()}
         pack["cells"].update({names[cell]: content for cell, content in e.cells.items()})
         pack["claims"][claims[name]] = {"evidence": evidence_to(e), "cells": names}
-    store(model, {"schema": _SCHEMA, **pack})
+    kept.store(model, {"schema": _SCHEMA, **pack})
 
 
 def _evidence(entry: Any, cells: Mapping[str, Any]) -> Evidence | None:
@@ -61,50 +50,15 @@ def _evidence(entry: Any, cells: Mapping[str, Any]) -> Evidence | None:
         return None
 
 
-def load(key: str) -> Any:
-    """The JSON value kept under a key; None where there is none or the file is not as it was written."""
-    try:
-        digest, _, body = (folder() / f"{key}.json").read_bytes().partition(b"\n")
-        return json.loads(body) if digest.decode("ascii") == hashlib.sha256(body).hexdigest() else None
-    except (OSError, ValueError, RecursionError):
-        return None
-
-
-def store(key: str, value: Any) -> None:
-    """Keep a JSON value, in one step; a cache that cannot be written is no cache, and no error."""
-    import tempfile
-
-    body, path = _canonical(value), folder() / f"{key}.json"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
-        with os.fdopen(handle, "wb") as file:
-            file.write(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-        os.replace(beside, path)
-        _forget_oldest(path.parent)
-    except OSError:
-        return
-
-
 def _digest(content: Any) -> str:
-    return hashlib.sha256(_canonical(content)).hexdigest()
-
-
-def _canonical(value: Any) -> bytes:
-    return json.dumps(value, sort_keys=True, separators=(",", ":")).encode()
+    return hashlib.sha256(kept.canonical(content)).hexdigest()
 
 
 def _pack(model: str) -> dict[str, dict[str, Any]]:
     """What is kept about a model: `claims` by key, `cells` by digest; empty where nothing of this version is."""
-    pack = load(model)
+    pack = kept.load(model)
     if not isinstance(pack, dict) or pack.get("schema") != _SCHEMA:
         return {"claims": {}, "cells": {}}
     if not isinstance(pack.get("claims"), dict) or not isinstance(pack.get("cells"), dict):
         return {"claims": {}, "cells": {}}
     return {"claims": pack["claims"], "cells": pack["cells"]}
-
-
-def _forget_oldest(where: Path) -> None:
-    packs = sorted(where.glob("*.json"), key=lambda p: p.stat().st_mtime)
-    for pack in packs[:-_PACKS]:
-        pack.unlink(missing_ok=True)

@@ -13,6 +13,7 @@ from haverify.evidence.verdict import Trust, Unknown
 from haverify.model.core import canonical
 from haverify.model.spec import Spec
 from haverify.run import cache, recheck
+from haverify.run.beside import beside
 from haverify.run.executors import Solved, solve
 from haverify.run.folder import ReportFolder, certificate_file
 from haverify.run.keys import Cones, code_hash
@@ -28,6 +29,7 @@ class Plan:
     use_cache: bool
     grade: Trust
     base: Path  # the folder of the spec, from which its tables are found
+    crosscheck: bool = True  # whether runs are simulated beside flowpipes and invariants
 
 
 @holder
@@ -48,6 +50,8 @@ def decide(spec: Spec, names: Sequence[str], core: Mapping[str, Any], folder: Re
     keys = _Keys(core, names)
     kept = keys.fetch() if plan.use_cache else {}
     solved = solve(spec, [n for n in names if n not in kept], plan.budget, plan.jobs, core)
+    if plan.crosscheck:
+        solved = beside(spec, solved)
     proposed = {**kept, **solved.evidence}
     try:
         answers = _ask(folder, proposed, plan.base)

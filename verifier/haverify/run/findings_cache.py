@@ -1,7 +1,7 @@
 """What the rules found in a spec, kept between runs under the hash of all its texts and of haverify's own code.
 
 Findings come from nothing else, so the same key means the same findings. They are no evidence: no verdict rests on
-them, and `haverify lint` always looks anew. A damaged or edited file costs the time to look again.
+them, and `--no-cache` looks anew. A damaged or edited file costs the time to look again.
 """
 
 from __future__ import annotations
@@ -11,22 +11,23 @@ from typing import Any
 
 from haverify.diagnostics.codes import CATALOGUE
 from haverify.diagnostics.diagnostic import Diagnostic, Edit, Fix, Label, Severity
-from haverify.run import cache
+from haverify.run import kept
 from haverify.run.keys import code_hash, digest
 from haverify.text.source import Source
 from haverify.text.span import Span
 
 _SCHEMA = "haverify.findings/1"
+_SHELF = "findings"  # of its own: a spec that is linted after each change does not push evidence out
 
 
 def found_once(sources: Mapping[str, Source], look: Callable[[], list[Diagnostic]]) -> list[Diagnostic]:
     """What `look` finds in the texts; it is called where that is not known from an earlier run."""
     key = digest([_SCHEMA, code_hash(), sorted([s.path, s.sha256] for s in sources.values())])
-    kept = _findings(cache.load(key), sources)
-    if kept is not None:
-        return kept
+    known = _findings(kept.load(key, _SHELF), sources)
+    if known is not None:
+        return known
     found = look()
-    cache.store(key, {"schema": _SCHEMA, "findings": [_to(d) for d in found]})
+    kept.store(key, {"schema": _SCHEMA, "findings": [_to(d) for d in found]}, _SHELF)
     return found
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from haverify.report.version import LANGUAGE, VERSION
 
 _ALWAYS = ("units", "enums", "params", "inputs", "tables", "networks", "assumptions", "relations")
+_MOST_SOURCE = 1 << 20  # bytes of a module
 _FAMILIES = ("automata", "systems", "cellular", "fuzzy")
 
 
@@ -27,9 +28,18 @@ def code_hash() -> str:
     root = os.path.dirname(os.path.dirname(os.path.dirname(__file__)))
     for package in ("haverify", "hacheck"):
         for path in sorted(_sources(os.path.join(root, package))):
-            with open(path, "rb", 0) as file:
-                total.update(f"{path.removeprefix(root)}\0".encode() + file.read() + b"\0")
+            total.update(f"\0{path.removeprefix(root)}\0".encode())
+            total.update(_content(path))
     return total.hexdigest()
+
+
+def _content(path: str) -> bytes:
+    """A module's source; there are hundreds, and this is the quickest way to read them."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        return os.read(handle, _MOST_SOURCE)
+    finally:
+        os.close(handle)
 
 
 def _sources(folder: str) -> Iterator[str]:

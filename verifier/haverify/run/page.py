@@ -10,7 +10,7 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from haverify.report.html import times
-from haverify.run import cache
+from haverify.run import kept
 from haverify.run.keys import code_hash, digest
 
 if TYPE_CHECKING:
@@ -32,11 +32,11 @@ def page(report: Report, folder: Path, text: str, use_cache: bool) -> str:
     facts = re.sub(r'"(?:wall|cpu)_s": [^\n]*', "", text)
     key = digest([_SCHEMA, code_hash(), facts, *_drawn_from(folder)])
     told = times.all_of(report)
-    known = _pieces(cache.load(key), len(told))
+    known = _pieces(kept.load(key), len(told))
     if known:
         return "".join(chain.from_iterable(zip_longest(known, told, fillvalue="")))
     html = _made(report, folder)
-    cache.store(key, {"schema": _SCHEMA, "page": re.split(r'(?<= class="time">)[^<]*', html)})
+    kept.store(key, {"schema": _SCHEMA, "page": re.split(r'(?<= class="time">)[^<]*', html)})
     return html
 
 

@@ -48,6 +48,7 @@ class Options:
     use_cache: bool
     lock: Path | None
     grade: Trust
+    crosscheck: bool = True
 
 
 @record
@@ -140,7 +141,7 @@ def _decided(
         return Decided(
             {c.name: Evidence(Unknown("meaning", reason, next_step="repair these errors"), (), "") for c in claims}
         )
-    plan = Plan(options.budget, options.jobs, options.use_cache, options.grade, Path(e.path).parent)
+    plan = Plan(options.budget, options.jobs, options.use_cache, options.grade, Path(e.path).parent, options.crosscheck)
     return decide(e.spec, [c.name for c in claims], core, folder, plan)
 
 
@@ -175,9 +176,12 @@ def _report(
 ) -> report.Report:
     findings = told(e) + [finding(d, e.sources) for d in problems]
     code = exit_code(e, [j.exit_code for j in judged.values()], decided)
-    inputs = [report.InputFile(s.path, s.sha256) for s in sorted(e.sources.values(), key=lambda s: s.path)]
+    sources = sorted(e.sources.values(), key=lambda s: s.path)
+    inputs = [report.InputFile(os.path.normpath(s.path), s.sha256) for s in sources]  # `a/../b` is the checker's `b`
     inputs = [i for i in inputs if not i.path.endswith("haverify.lock")]
     said = {"budget": f"{options.budget} s", "grade": options.grade.name.lower(), "property": options.only or ""}
+    if not options.crosscheck:
+        said["crosscheck"] = "off"
     versions = {"kernel": _kernel()}
     wall, cpu = started.passed()
     return report.Report(

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from haverify.model.unit import Unit
 from haverify.simulate.model import SimulatedAutomaton
 from haverify.simulate.run import SimulatedRun
 
 
 def columns(model: SimulatedAutomaton) -> list[str]:
     """Names with units: run, time, mode, jumps, variables, lets."""
-    named = [*((v.name, v.unit) for v in model.automaton.vars), *((o.name, o.unit) for o in model.outputs)]
-    return ["run", "time [s]", "mode", "jumps", *(_titled(n, u) for n, u in named)]
+    named = [*(v.name for v in model.automaton.vars), *(o.name for o in model.outputs)]
+    return ["run", "time [s]", "mode", "jumps", *titled(model, named)]
 
 
-def _titled(name: str, unit: Unit | None) -> str:
-    return f"{name} [{unit.text}]" if unit is not None and unit.text not in ("", "1") else name
+def titled(model: SimulatedAutomaton, names: Sequence[str]) -> list[str]:
+    """Names of variables, lets and inputs with their units."""
+    units = {o.name: o.unit for o in model.outputs} | {v.name: v.unit for v in model.automaton.vars}
+    units |= {i.name: i.unit for i in model.inputs}
+    return [f"{n} [{u.text}]" if (u := units[n]) is not None and u.text not in ("", "1") else n for n in names]
 
 
 def as_csv(runs: Sequence[SimulatedRun], times: Sequence[float]) -> str:

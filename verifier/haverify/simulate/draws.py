@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from haverify.analyses.flow_model import COMPARISONS, MIRRORED, members
+from haverify.analyses.hybrid.conditions import COMPARISONS, MIRRORED, members
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Input
 from haverify.obligations.constants import Values
@@ -68,6 +68,19 @@ class Drawing:
             return float(share() < 0.5)
 
         return self._drawn(at_end, 50, is_nominal=False) or self.random(share)
+
+    @property
+    def dimension(self) -> int:
+        """How many shares a draw takes at most."""
+        held = len(self.params) + len(self.inputs) + len(self.model.inclusions)
+        start = max((len(b) + len(s.assigned) for b, s in zip(self.boxes, self.model.starts, strict=True)), default=0)
+        inputs = [PARTS if rates is not None else len(self._times(every)) for _, _, rates, every in self.inputs]
+        return 1 + held + start + sum(inputs) + len(self.model.inclusions) * len(self._times(None))
+
+    def at(self, shares: Sequence[float]) -> Draw | None:
+        """The draw that shares stand for; None where it is no admissible start."""
+        waiting = iter(shares)
+        return self._drawn(lambda: next(waiting, 0.5), 1, is_nominal=False)
 
     def _drawn(self, share: Share, tries: int, is_nominal: bool) -> Draw | None:
         for k in range(tries):

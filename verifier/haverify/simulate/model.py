@@ -30,6 +30,13 @@ class Observation:
 
 
 @record
+class Landing:
+    """What it reads right after an edge."""
+
+    quantities: tuple[Expr, ...]
+
+
+@record
 class Starting:
     """An init line in a mode: registers of what it assigns, and conditions that a start has to meet."""
 
@@ -46,13 +53,14 @@ class SimulatedAutomaton:
     spec: Spec
     automaton: HybridAutomaton
     observed: tuple[Observation, ...] = ()
+    landings: tuple[Landing, ...] = ()
     codes: list[Code] = field(default_factory=list)
     starts: list[Starting] = field(default_factory=list)
     moving: list[int] = field(default_factory=list)  # for each mode, how many operations its flow and guards need
 
     def __post_init__(self) -> None:
         listings = [self._mode(k) for k in range(len(self.automaton.modes))]
-        edges = [self._edge(e) for e in self.automaton.edges]
+        edges = [self._edge(k, e) for k, e in enumerate(self.automaton.edges)]
         modes = [self._closed(k, listing) for k, listing in enumerate(listings)]
         self.kernel = Simulator(modes, edges, len(self.names), len(self.names) - 1)
 
@@ -158,7 +166,7 @@ class SimulatedAutomaton:
         landed = _landed(residual(target.domain, Situation(target.name)), lets, resets)
         return joined("all", [guard, code.words(landed, closed=True)])
 
-    def _edge(self, edge: Edge) -> EdgeListing:
+    def _edge(self, k: int, edge: Edge) -> EdgeListing:
         """The edge with registers behind those that move."""
         number_of = self.mode(edge.source)
         code = self.codes[number_of]
@@ -168,7 +176,9 @@ class SimulatedAutomaton:
             to = (a.to.low, a.to.high) if isinstance(a.to, Range) else (a.to,)
             low, *high = [code.value(residual(e, Situation(edge.source))) for e in to]
             resets.append((self.places[a.var], low, high[0] if high else None))
-        return self.mode(edge.target), edge.urgent, enabled, resets
+        target = self.mode(edge.target)
+        seen = [self.codes[target].value(q) for q in self.landings[k].quantities] if self.landings else []
+        return target, edge.urgent, enabled, resets, seen
 
     def _closed(self, k: int, made: tuple[list[int | None], Words, list[Words], list[int]]) -> ModeListing:
         mode, code = self.automaton.modes[k], self.codes[k]

@@ -305,15 +305,14 @@ class Budget:
     cuts: int
 
 
-def reach(
-    modes: Sequence[ModeListing],
-    start: tuple[int, list[Pair], list[tuple[int, str]]],
-    horizon: float,
-    until: str,
-    settings: Settings,
-    budget: Budget,
-) -> list[Stretch]:
-    """The tree of stretches that encloses all runs from a box in a mode, up to a horizon.
+Tree = _kernel.Tree
+Where = tuple[int, list[Pair], list[tuple[int, str]]]
+
+
+def grown(
+    modes: Sequence[ModeListing], start: Where, horizon: float, until: str, settings: Settings, budget: Budget
+) -> Tree:
+    """The tree of stretches that encloses all runs from a box in a mode, up to a horizon, kept in the kernel.
 
     `start` is a mode, a box, and comparisons of watched quantities with zero that hold there exactly. `until` is
     `horizon`, `met` or `violated`: where the following of a stretch may stop; or `passed`: where nothing depends on
@@ -326,11 +325,36 @@ def reach(
     Soundness           every run is in one path of the tree as long as the path goes on
     """
     s = settings
-    found = _kernel.reach(
+    return _kernel.reach(
         modes, start, horizon, until, (s.order, s.degree, s.steps, s.depth), (s.tolerance, s.first, s.longest, s.least),
         (budget.jumps, budget.stretches, budget.cuts),
     )  # fmt: skip
-    return [_stretch(*row) for row in found]
+
+
+def reach(
+    modes: Sequence[ModeListing], start: Where, horizon: float, until: str, settings: Settings, budget: Budget
+) -> list[Stretch]:
+    """The stretches of that tree, with the claim judged on them."""
+    return stretches(grown(modes, start, horizon, until, settings, budget))
+
+
+def stretches(tree: Tree) -> list[Stretch]:
+    """The stretches of a tree, with the claim judged that it was grown for."""
+    return [_stretch(*row) for row in tree.rows()]
+
+
+def judged(
+    tree: Tree, modes: Sequence[ModeListing], known: list[tuple[int, str]], is_middle: bool = False
+) -> list[Stretch]:
+    """The stretches of a tree with another claim on the same automaton; none of what is judged may refute.
+
+    `known` are comparisons that hold exactly where runs start; in the middle, only the runs from there are looked at.
+
+    Raises
+    ------
+    Fault               if the modes differ in more than their claims
+    """
+    return [_stretch(*row) for row in tree.judged(list(modes), known, is_middle)]
 
 
 @record
@@ -347,25 +371,9 @@ class RecordedStretch:
     steps: list[tuple[list[list[int]], Step]]
 
 
-def reach_record(
-    modes: Sequence[ModeListing],
-    start: tuple[int, list[Pair], list[tuple[int, str]]],
-    horizon: float,
-    settings: Settings,
-    budget: Budget,
-) -> list[RecordedStretch]:
-    """The polynomials of the tree of stretches from a box in a mode up to a horizon, for a second checker.
-
-    Raises
-    ------
-    Fault               if the floating-point unit does not round to nearest, or the call is malformed
-    """
-    s = settings
-    found = _kernel.reach_record(
-        modes, start, horizon, "horizon", (s.order, s.degree, s.steps, s.depth),
-        (s.tolerance, s.first, s.longest, s.least), (budget.jumps, budget.stretches, budget.cuts),
-    )  # fmt: skip
-    return [RecordedStretch(*row) for row in found]
+def recorded(tree: Tree) -> list[RecordedStretch]:
+    """The polynomials of a tree, for a second checker."""
+    return [RecordedStretch(*row) for row in tree.records()]
 
 
 def _stretch(
@@ -381,3 +389,24 @@ def _stretch(
     made = None if jump is None else Jump(jump[0], jump[1], jump[2], jump[3], Judgement(*jump[4]))
     passed = [Stage(t, x, watched, Judgement(*claim), kept, stay) for t, x, watched, claim, kept, stay in stages]
     return Stretch(parent, mode, jumps, certain, made, passed, end, last)
+
+
+@record
+class Fineness:
+    """How finely to enclose a motion: order of the polynomials, halvings on a path, stretches of time at all."""
+
+    order: int = 2
+    depth: int = 16
+    stretches: int = 20_000
+
+
+def along(
+    positions: Listing, readout: Listing, derivatives: int, time: Pair, widths: Sequence[float], fineness: Fineness
+) -> list[tuple[float, float, list[Pair] | None]]:
+    """Enclose quantities of a motion over stretches of time, which are halved until all are as narrow as `widths`.
+
+    `positions` are functions of variable 0, the time; variable `d * n + i` of `readout` is the `d`-th derivative of the
+    `i`-th of these `n`. A stretch has None where some quantity has no enclosure.
+    """
+    f = fineness
+    return _kernel.along(positions, readout, derivatives, time, list(widths), (f.order, f.depth, f.stretches))

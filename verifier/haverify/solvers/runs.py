@@ -9,8 +9,10 @@ Words = list[tuple[str, int]]
 Operation = tuple[str, list[int], float]
 # Variable, register, and another register where any value between both may be taken.
 ResetListing = tuple[int, int, int | None]
-# Target, urgent, enabled, resets.
-EdgeListing = tuple[int, bool, Words, list[ResetListing]]
+# Target, urgent, enabled, resets, observed registers at the landing.
+EdgeListing = tuple[int, bool, Words, list[ResetListing], list[int]]
+# A formula, the operator before its members: its word, how many members or which quantity, a window.
+FormulaWords = list[tuple[str, int, float, float]]
 # Operations, how many move, slopes, conditions, domain, terminal, edges, observed registers, outputs.
 ModeListing = tuple[list[Operation], int, list[int | None], list[Words], Words, bool, list[int], list[int], list[int]]
 # Mode, state, horizon (s), limits (jumps, steps, order), policy, seed, given choices, writes (time, variable, value).

@@ -28,15 +28,27 @@ class Rule:
     plan: tuple[tuple[int, int, int], ...] | None
 
 
+class Rules(dict[int, Rule]):
+    """The productions by their number in `states`, which is negative; a file makes use of some."""
+
+    def __init__(self, rows: list[Any]) -> None:
+        super().__init__()
+        self._rows = rows
+
+    def __missing__(self, number: int) -> Rule:
+        found = self[number] = _rule(self._rows[-1 - number])
+        return found
+
+
 @record
 class Language:
-    """`states[state][symbol]` is the next state, or when negative the index in `rules` of the rule to reduce by.
+    """`states[state][symbol]` is the next state, or when negative the number in `rules` of the rule to reduce by.
 
     `starters` are the reserved words that begin a declaration, a member or a line of some block.
     """
 
     states: list[dict[str, int]]
-    rules: list[Rule]
+    rules: Rules
     words: dict[str, str]
     symbols: dict[str, str]
     reserved: frozenset[str]
@@ -64,10 +76,9 @@ def _rule(row: list[Any]) -> Rule:
 def language() -> Language:
     """The language of grammar.lark, from tables.json."""
     data = json.loads(Path(__file__).with_name("tables.json").read_text(encoding="utf-8"))
-    rules = [_rule(row) for row in reversed(data["rules"])]
     return Language(
         data["states"],
-        rules,
+        Rules(data["rules"]),
         data["words"],
         data["symbols"],
         frozenset(data["reserved"]),

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from haverify.syntax.build import Builder
 from haverify.syntax.language import Language, Rule
-
-Build = Callable[[list[Any], int, int], Any]
 
 
 class Machine:
@@ -21,10 +18,7 @@ class Machine:
         self.values: list[Any] = [None]
         self.starts = [0]
         self.ends = [0]
-        self._builds: list[Build | None] = [
-            None if rule.spliced or rule.callback.startswith("_") else getattr(builder, rule.callback, None)
-            for rule in language.rules
-        ]
+        self._builder = builder
 
     def feed(self, symbol: str, value: Any, start: int, end: int) -> bool:
         """Take one symbol; False, with the reductions before it made, when it cannot stand here."""
@@ -43,7 +37,7 @@ class Machine:
             if rule.passes:
                 states[-1] = table[states[-2]][rule.origin]
             else:
-                self._reduce(rule, self._builds[action])
+                self._reduce(rule)
 
     def after(self, states: list[int], symbol: str) -> int:
         """The state that `symbol` leads to from a stack (which is used up), -1 when it cannot stand there."""
@@ -66,25 +60,22 @@ class Machine:
         for stack in (self.states, self.values, self.starts, self.ends):
             del stack[height:]
 
-    def _reduce(self, rule: Rule, build: Build | None) -> None:
+    def _reduce(self, rule: Rule) -> None:
         size = rule.size
         children = self.values[-size:]
         start, end = self.starts[-size], self.ends[-1]
-        self.drop(len(self.states) - size)
+        del self.states[-size:], self.values[-size:], self.starts[-size:], self.ends[-size:]
         if rule.plan is not None:
             children = _selected(children, rule)
         self.states.append(self.table[self.states[-1]][rule.origin])
-        self.values.append(self._value(rule, build, children, start, end))
+        if rule.spliced:
+            self.values.append(children)
+        elif rule.single and len(children) == 1:
+            self.values.append(children[0])
+        else:  # every such rule of the grammar has a builder, which a test checks
+            self.values.append(getattr(self._builder, rule.callback)(children, start, end))
         self.starts.append(start)
         self.ends.append(end)
-
-    def _value(self, rule: Rule, build: Build | None, children: list[Any], start: int, end: int) -> Any:
-        if rule.spliced:
-            return children
-        if rule.single and len(children) == 1:
-            return children[0]
-        assert build is not None, rule.callback  # every rule of the grammar has a builder, which a test checks
-        return build(children, start, end)
 
 
 def _selected(children: list[Any], rule: Rule) -> list[Any]:

@@ -18,6 +18,8 @@ pub struct Edge {
     /// Guard; without choices also that the outcome lies in the target's domain. Over registers of the source mode.
     pub enabled: Condition,
     pub resets: Vec<Reset>,
+    /// Registers of the target for what is observed right after the jump; none: the same as during the stay.
+    pub landing: Vec<usize>,
 }
 
 impl Edge {

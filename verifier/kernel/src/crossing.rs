@@ -9,7 +9,6 @@ use crate::flowpipe::{Flow, Step};
 use crate::interval::{Enclosure, Interval};
 use crate::models::{raised, Model, Space};
 use crate::series::{jacobian, values, Function, IntervalRing, Ring, Tape};
-use std::ops::{Add, Mul};
 
 /// A transversal crossing of a whole set.
 pub(crate) struct Crossing {
@@ -70,7 +69,7 @@ impl Flow<'_> {
         if reached.low() < 0.0 || reached.high() > step.h {
             return Ok(None);
         }
-        let states = self.states_at(step, &instant)?;
+        let states = step.path.states_at(&instant, usize::MAX)?;
         let defect = self.space.range(&values(&self.space, quantity, &states)?[0])?.norm();
         // What lies after the last instant is looked at as well, as far as the true one may be from it.
         let until = (reached.high() + 0.01 * step.h).min(step.h);
@@ -145,21 +144,5 @@ impl Flow<'_> {
         rest.iter()
             .rev()
             .try_fold(highest.clone(), |sum, coefficient| self.space.add(&self.space.mul(&sum, t)?, coefficient))
-    }
-
-    /// The states at instants of the step that depend on the set variables.
-    pub(crate) fn states_at(&self, step: &Step, t: &Model) -> Result<Vec<Model>, Fault> {
-        let span = self.space.range(t)?;
-        let last = span.powi(step.order() as i32 + 1)?;
-        let state = |v: usize| {
-            let series = &step.series()[v];
-            let (highest, rest) = series.split_last().ok_or(Fault::Unknown)?;
-            let sum = rest
-                .iter()
-                .rev()
-                .try_fold(highest.clone(), |sum, coefficient| self.space.add(&self.space.mul(&sum, t)?, coefficient))?;
-            self.space.shifted(&sum, last.mul(step.lagrange(v))?.add(Interval::symmetric(step.moved(v))?)?)
-        };
-        (0..step.series().len()).map(state).collect()
     }
 }

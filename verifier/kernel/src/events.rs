@@ -7,6 +7,8 @@ use crate::roots::roots;
 const TOUCH: f64 = 1e-14; // of the magnitude of a series counts as zero at a touch
 const NEAR: f64 = 1e-7; // of the magnitude of a series; a value nearer to zero is compared with its rounding error
 
+const DOUBT: f64 = 1e3; // times the error of the state; the same
+
 /// The signs of the watched quantities along a step: at its start, at each instant where one is zero, and in between.
 #[derive(Debug, Default)]
 pub struct Signs {
@@ -38,6 +40,7 @@ impl Signs {
             rounding(&mode.program, &values, errors)
         };
         let mut sizes = Vec::with_capacity(mode.watched.len());
+        let doubt = DOUBT * errors.iter().fold(0.0f64, |most, e| most.max(*e));
         let mut found: Vec<(f64, usize)> = Vec::new();
         for &r in &mode.watched {
             let series = jets.register(r);
@@ -53,7 +56,7 @@ impl Signs {
             }
             let mut skip = 0;
             let mut off = 0.0;
-            if series[0].abs() <= NEAR * size {
+            if series[0].abs() <= NEAR * size + doubt {
                 off = slack.get_or_insert_with(known)[r];
                 skip = leading_zeros(series, h, off, jets.zeroed.contains(&r));
             }
@@ -133,9 +136,13 @@ impl Signs {
         }
     }
 
-    /// The registers that are zero at an instant.
-    pub fn zeros(&self, instant: usize) -> &[usize] {
-        &self.zeros[instant]
+    /// The registers that are zero at the start of the step or at one of its instants.
+    pub fn zeros_at(&self, mode: &Mode, t: f64) -> Vec<usize> {
+        match self.instants.iter().position(|&x| x == t) {
+            Some(i) => self.zeros[i].clone(),
+            None if t == 0.0 => mode.watched.iter().zip(&self.skips).filter(|r| *r.1 > 0).map(|r| *r.0).collect(),
+            None => Vec::new(),
+        }
     }
 }
 

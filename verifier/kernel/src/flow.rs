@@ -17,6 +17,7 @@ use crate::inputs::Inputs;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
 use crate::models::{raised, Model, Space};
+use crate::path::Path;
 use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::sweep::Sweep;
@@ -38,22 +39,20 @@ const TOO_LONG: f64 = 0.6;
 /// How often an a-priori tube is tried for one length of step.
 const ATTEMPTS: usize = 4;
 
-/// What holds during a whole step: the last coefficient of the series, the slopes of the field, all states.
+/// What holds during a whole step: the slopes of the field, all states.
 pub(crate) struct Tube {
-    lagrange: Vec<Interval>,
     slopes: Matrix,
     pub(crate) states: Vec<Model>,
     /// How the slopes alone move errors to the end of the step.
     across: Matrix,
-    /// Bounds of what the errors at its start, and inputs since then, are at any of its instants.
-    moved: Vec<f64>,
-    /// The part of them that inputs have.
+    /// Bounds of what inputs have done by any of its instants.
     pushed: Vec<f64>,
 }
 
 /// What became of looking for a tube.
 enum Tried {
-    Found(Tube),
+    /// With the last term of the series, and bounds of the moved errors, what inputs do included.
+    Found(Tube, Vec<Interval>, Vec<f64>),
     /// The last term of the series is this much too large (a factor for the step).
     TooLong(f64),
 }
@@ -61,7 +60,7 @@ enum Tried {
 /// One validated step: the series at its start, what holds during it, how errors move to its end.
 pub(crate) struct Step {
     pub(crate) h: f64,
-    pub(crate) series: Vec<Vec<Model>>,
+    pub(crate) path: Path,
     pub(crate) tube: Tube,
     transition: Vec<Vec<Model>>,
 }
@@ -72,6 +71,7 @@ pub(crate) struct Flow<'a> {
     inputs: Option<&'a Inputs>,
     settings: &'a Settings,
     pub(crate) space: Space,
+    shared: Arc<Space>,
     /// The space of what errors and tubes need.
     pub(crate) linear: Space,
     centre: Vec<Model>,
@@ -91,21 +91,7 @@ struct Sweeps {
 impl Step {
     /// The series in time by variable: coefficients that are models of the set.
     pub(crate) fn series(&self) -> &[Vec<Model>] {
-        &self.series
-    }
-
-    /// The coefficient of the term after the last of the series, at any instant of the step.
-    pub(crate) fn lagrange(&self, v: usize) -> Interval {
-        self.tube.lagrange[v]
-    }
-
-    /// Bounds of what the errors at the start of the step are at any instant of it.
-    pub(crate) fn moved(&self, v: usize) -> f64 {
-        self.tube.moved[v]
-    }
-
-    pub(crate) fn order(&self) -> usize {
-        self.series[0].len() - 1
+        &self.path.series
     }
 }
 
@@ -124,7 +110,7 @@ impl<'a> Flow<'a> {
             start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
             before: None,
         });
-        Flow { field, inputs: None, settings, space, linear, centre, errors, sweeps }
+        Flow { field, inputs: None, settings, space, shared: whole, linear, centre, errors, sweeps }
     }
 
     /// The same with inputs, of which the field has the middle.
@@ -171,11 +157,8 @@ impl<'a> Flow<'a> {
         while h >= least_step {
             let tried = self.tube(&known, h);
             let may_shrink = h > 2.0 * least_step;
-            let (tube, factor) = match tried {
-                Ok(Tried::Found(tube)) => {
-                    let factor = self.share(&tube.lagrange, h);
-                    (tube, factor)
-                }
+            let (tube, lagrange, moved) = match tried {
+                Ok(Tried::Found(tube, lagrange, moved)) => (tube, lagrange, moved),
                 Ok(Tried::TooLong(factor)) if may_shrink => {
                     h *= factor.max(0.2);
                     continue;
@@ -186,14 +169,16 @@ impl<'a> Flow<'a> {
                     continue;
                 }
             };
+            let factor = self.share(&lagrange, h);
             if factor < TOO_LONG && may_shrink {
                 h *= factor.max(0.2);
                 continue;
             }
             let transition = self.transition(&tube, &tube.across, h)?;
+            let path = Path { h, space: self.shared.clone(), series: Arc::new(series), lagrange, moved };
             return Ok((
-                Step { h, series, tube, transition },
-                (h * factor.clamp(0.3, growth)).min(self.settings.longest_step),
+                Step { h, path, tube, transition },
+                (h * factor.clamp(0.3, growth)).max(self.settings.least_step).min(self.settings.longest_step),
             ));
         }
         Err(Fault::Step)
@@ -245,14 +230,8 @@ impl<'a> Flow<'a> {
                 let far = lagrange.iter().map(|l| l.norm()).collect();
                 let across = slopes.transition(Interval::exactly(h)?)?;
                 self.sweeps.borrow_mut().before = Some((slopes.clone(), far));
-                return Ok(Tried::Found(Tube {
-                    lagrange,
-                    slopes,
-                    states: self.around(&landed)?,
-                    across,
-                    moved,
-                    pushed,
-                }));
+                let tube = Tube { slopes, states: self.around(&landed)?, across, pushed };
+                return Ok(Tried::Found(tube, lagrange, moved));
             }
             let factor = self.share(&lagrange, h);
             if factor < TOO_LONG {
@@ -355,14 +334,7 @@ impl<'a> Flow<'a> {
 
     /// The states at instants `t` of the step, as Taylor models with all errors in their radius.
     pub(crate) fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
-        let order = self.settings.order;
-        let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
-        let last = t.powi(order as i32 + 1)?;
-        let state = |v: usize| {
-            let model = self.space.combination(&step.series[v], &powers)?;
-            self.space.shifted(&model, last.mul(step.tube.lagrange[v])?.add(Interval::symmetric(step.tube.moved[v])?)?)
-        };
-        (0..step.series.len()).map(state).collect()
+        step.path.states(t, usize::MAX)
     }
 
     pub(crate) fn settings(&self) -> &'a Settings {
@@ -384,7 +356,7 @@ impl<'a> Flow<'a> {
     pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
         let across = step.tube.slopes.transition(Interval::exactly(h)?)?;
         let transition = self.transition(&step.tube, &across, h)?;
-        Ok(Step { h, transition, ..step })
+        Ok(Step { h, transition, path: Path { h, ..step.path }, ..step })
     }
 
     /// Move the set to the end of the step.
@@ -394,7 +366,7 @@ impl<'a> Flow<'a> {
         let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;
         let last = h.powi(order as i32 + 1)?;
         let (mut centre, mut radii) = (Vec::new(), Vec::new());
-        for ((series, lagrange), pushed) in step.series.iter().zip(&step.tube.lagrange).zip(&step.tube.pushed) {
+        for ((series, lagrange), pushed) in step.path.series.iter().zip(&step.path.lagrange).zip(&step.tube.pushed) {
             let model = self.space.combination(series, &powers)?;
             let model = self.space.shifted(&model, last.mul(*lagrange)?)?;
             radii.push(if *pushed == 0.0 { model.radius } else { raised(model.radius + pushed) });

@@ -14,15 +14,22 @@ use crate::flowpipe::{Flow, Settings, Step};
 use crate::inputs::Inputs;
 use crate::interval::Interval;
 use crate::models::Model;
+use crate::path::Path;
 use crate::series::{values, Op, Tape};
 use crate::sets::Set;
 use crate::spreading::Spreading;
-use crate::walk::{all, judged, kept, leaves, ranges, Clock, Event, Walk};
+use crate::walk::{all, during, judged, kept, leaves, ranges, Clock, Event, Walk};
 use std::collections::VecDeque;
 use std::ops::{Add, Sub};
+use std::sync::Arc;
+
+/// How much longer a step may be where nothing can happen on the way: what is judged are parts of it.
+const STRIDE: f64 = 2.0;
 
 /// How many more variables than the state a set may have.
 const SPARE: usize = 1;
+/// How many times the steps of one stretch all of them together may have.
+const TREE: usize = 2;
 /// After how many landings in a mode those without a horizon are widened, and by what part of their width.
 const LANDINGS: usize = 3;
 const WIDENED: f64 = 0.05;
@@ -43,6 +50,13 @@ pub struct Edge {
     /// Quantities of the state after (first) and before it, and the claim on these.
     pub landing: Tape,
     pub claim: Condition,
+}
+
+impl Edge {
+    /// The quantities of a landing: of the states after and before it.
+    pub(crate) fn quantities(&self, landed: &Set) -> Result<Vec<Interval>, Fault> {
+        ranges(landed, &values(&landed.space, &self.landing, &landed.models)?)
+    }
 }
 
 /// A discrete state: its flow, the quantities to watch, and conditions on these.
@@ -170,12 +184,20 @@ pub struct Segment {
     pub stays: bool,
 }
 
-/// The polynomials of a step: its length, the exponents of their monomials, and the series in time of every variable.
+/// The part of a step that is a segment.
 #[derive(Debug, Clone)]
 pub struct Taken {
-    pub h: f64,
-    pub exponents: Vec<Vec<u8>>,
-    pub series: Vec<Vec<Model>>,
+    pub path: Path,
+    /// An instant at which it ends, and the watched quantity that crosses zero then, rising or not.
+    pub until: Option<(Model, usize, bool)>,
+    pub part: (f64, f64),
+}
+
+impl Taken {
+    /// The first states during a part of the step.
+    pub(crate) fn states(&self, part: (f64, f64), count: usize) -> Result<Vec<Model>, Fault> {
+        during(&self.path, self.until.as_ref().map(|u| &u.0), part, count)
+    }
 }
 
 /// The jump that begins a stretch.
@@ -186,6 +208,8 @@ pub struct Jump {
     pub before: Vec<Interval>,
     pub after: Vec<Interval>,
     pub claim: Judgement,
+    /// The states after it, then those before it.
+    pub landed: Arc<Set>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -247,11 +271,15 @@ pub(crate) struct Analysis<'a> {
     horizon: f64,
     until: Until,
     pub(crate) settings: &'a Settings,
+    /// Where nothing can happen on the way.
+    strides: &'a Settings,
     budget: &'a Budget,
     waiting: VecDeque<Waiting>,
     found: Vec<Stretch>,
     /// Where no horizon ends the analysis: boxes from which runs are followed, by mode; time is left out.
     passed: Vec<(usize, Vec<Interval>)>,
+    /// Steps tried in all stretches.
+    taken: usize,
 }
 
 impl Landing {
@@ -265,6 +293,8 @@ impl Landing {
         let (a, b) = (&mut mine.claim, &its.claim);
         (a.holds, a.fails, a.violated) = (a.holds && b.holds, a.fails && b.fails, None);
         a.met = if a.holds { Some(mine.time) } else { None };
+        let around: Vec<Interval> = mine.after.iter().chain(&mine.before).copied().collect();
+        mine.landed = Arc::new(Set::of_box(&around, 1));
         Ok(())
     }
 }
@@ -303,7 +333,10 @@ pub fn reach(
     let waiting = VecDeque::from([first]);
     let states = start.sides[..start.sides.len() - 1].to_vec();
     let passed = vec![(start.mode, states)];
-    let mut analysis = Analysis { modes, horizon, until, settings, budget, waiting, found: Vec::new(), passed };
+    let strides = Settings { longest_step: STRIDE * settings.longest_step, ..settings.clone() };
+    let strides = &strides;
+    let found = Vec::new();
+    let mut analysis = Analysis { modes, horizon, until, settings, strides, budget, waiting, found, passed, taken: 0 };
     while let Some(next) = analysis.waiting.pop_front() {
         let is_over = analysis.found.len() >= budget.stretches;
         let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
@@ -316,7 +349,7 @@ pub fn reach(
 }
 
 /// Positions that do not exist are refused here, so that nothing panics later.
-fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
+pub(crate) fn check(modes: &[Mode], start: &Start) -> Result<(), Fault> {
     let n = start.sides.len();
     let within = |guard: &Guard, count: usize| guard.iter().all(|(at, _)| *at < count);
     let is_good = |m: &Mode| {
@@ -381,7 +414,9 @@ impl<'a> Analysis<'a> {
         }
         let mode = &self.modes[from.mode];
         let stretch = bare(&from, End::Steps);
-        let flow = Flow::new(&mode.field, from.set, self.settings).with_inputs(mode.inputs.as_ref());
+        let is_free = mode.edges.is_empty() && mode.domain.is_empty() && mode.inputs.is_none();
+        let settings = if is_free { self.strides } else { self.settings };
+        let flow = Flow::new(&mode.field, from.set, settings).with_inputs(mode.inputs.as_ref());
         let number = self.found.len();
         let mut walk = Walk {
             number,
@@ -406,8 +441,9 @@ impl<'a> Analysis<'a> {
         if self.is_answered(walk.stretch.jump.as_ref().map(|j| &j.claim)) {
             return Ok(End::Answered);
         }
-        let mut h = self.settings.first_step.min(self.settings.longest_step);
-        while walk.stretch.segments.len() < self.settings.steps {
+        let mut h = walk.flow.settings().first_step.min(walk.flow.settings().longest_step);
+        while walk.stretch.segments.len() < self.settings.steps && self.taken < TREE * self.settings.steps {
+            self.taken += 1;
             let left = self.horizon - walk.time()?.low();
             if left <= 0.0 && !walk.stretch.segments.is_empty() {
                 return Ok(End::Horizon);
@@ -487,7 +523,7 @@ impl<'a> Analysis<'a> {
 
     /// Record a step without events and take it.
     fn pass(&self, walk: &mut Walk, step: &Step) -> Result<(), Fault> {
-        walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        walk.record(step, &Clock::Same, self.settings.depth, self.settings.longest_step)?;
         let end = self.end_within(walk, step)?;
         walk.flow.land(step)?;
         if let Some((first, during)) = end {
@@ -545,7 +581,7 @@ impl<'a> Analysis<'a> {
         if !is_exit && !is_forced {
             return Ok(None);
         }
-        walk.record(step, &Clock::Until(event), self.settings.depth)?;
+        walk.record(step, &Clock::Until(event), self.settings.depth, self.settings.longest_step)?;
         if !is_quiet {
             for edge in open {
                 let Some(part) = walk.possible_before(step, event, edge, (0.0, 1.0), depth)? else { continue };
@@ -586,11 +622,12 @@ impl<'a> Analysis<'a> {
         }
         let is_certain = is_certain && arrives == Some(true);
         let pair: Vec<Model> = after.iter().chain(before).cloned().collect();
-        let quantities = ranges(&wide, &values(&wide.space, &edge.landing, &pair)?)?;
+        let landed = Arc::new(Set { space: wide.space.clone(), models: pair });
+        let quantities = edge.quantities(&landed)?;
         let hull = ranges(&wide, &after)?;
         let time = *hull.last().ok_or(Fault::Unknown)?;
         let claim = judged(edge.claim.truth(&quantities), time, is_certain && walk.stretch.is_certain);
-        let jump = Jump { edge: number, time, before: ranges(&wide, before)?, after: hull, claim };
+        let jump = Jump { edge: number, time, before: ranges(&wide, before)?, after: hull, claim, landed };
         let set = Set { space: wide.space, models: after };
         // A box may have states that no run comes to; parts of it may have no others.
         let is_boxed = set.space.variables > set.models.len() + SPARE;
@@ -622,7 +659,7 @@ impl<'a> Analysis<'a> {
         if !walk.stays(step, 0.0, step.h, depth) || walk.may_be_urgent(step, depth)? {
             return Ok(false);
         }
-        walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        walk.record(step, &Clock::Same, self.settings.depth, self.settings.longest_step)?;
         for number in 0..walk.mode.edges.len() {
             let Some(part) = walk.possible(step, &walk.mode.edges[number].guard, 0.0, step.h, depth)? else { continue };
             let set = if self.until == Until::Passed {

@@ -8,7 +8,7 @@ use crate::models::raised;
 use crate::series::{jacobian, Op, Ring, Tape};
 
 /// A field over the state and inputs after it, and the ranges of these.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
     field: Tape,
     ranges: Vec<Interval>,

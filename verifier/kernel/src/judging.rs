@@ -7,50 +7,106 @@ use crate::hybrid::{Judgement, Mode, Segment, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
-use crate::walk::{judged, Clock, Walk};
+use crate::walk::{before, judged, Clock, Walk};
 use std::ops::Add;
 
 impl Walk<'_> {
-    /// Judge the claim and the window during a step, and keep what was seen.
-    pub(crate) fn record(&mut self, step: &Step, clock: &Clock, depth: u32) -> Result<(), Fault> {
-        let states = self.states(step, clock, 0.0, 1.0)?;
-        let hull: Vec<Interval> = states.iter().map(|m| self.flow.space.range(m)).collect::<Result<_, _>>()?;
+    /// Judge the claim and the window during a step, and keep what was seen, by parts of at most some length.
+    pub(crate) fn record(&mut self, step: &Step, clock: &Clock, depth: u32, longest: f64) -> Result<(), Fault> {
+        let until = match clock {
+            Clock::Same => None,
+            Clock::Until(event) => Some((event.instant.clone(), event.quantity, event.is_rising)),
+        };
+        let parts = if until.is_some() { 1 } else { (step.h / longest).ceil().clamp(1.0, MOST_PARTS) as u32 };
+        for part in 0..parts {
+            let share = |i: u32| f64::from(i) / f64::from(parts);
+            let taken = Taken { path: step.path.clone(), until: until.clone(), part: (share(part), share(part + 1)) };
+            let is_first = self.stretch.segments.is_empty();
+            let judge = Judge {
+                mode: self.mode,
+                taken: &taken,
+                known: if is_first { &self.known } else { &[] },
+                sides: &self.sides,
+                is_first,
+                is_certain: self.stretch.is_certain,
+                is_middle: false,
+            };
+            let seen = judge.seen(depth)?;
+            self.stretch.is_certain &= seen.stays;
+            self.stretch.segments.push(seen.of(taken));
+        }
+        Ok(())
+    }
+}
+
+/// How many parts a step is looked at in, at most.
+const MOST_PARTS: f64 = 16.0;
+
+/// What is judged, and where.
+pub(crate) struct Judge<'a> {
+    pub(crate) mode: &'a Mode,
+    pub(crate) taken: &'a Taken,
+    /// What holds exactly where the stretch starts, and the box it starts in.
+    pub(crate) known: &'a [(usize, Comparison)],
+    pub(crate) sides: &'a [Interval],
+    /// Whether it starts here, and whether all that it encloses exists.
+    pub(crate) is_first: bool,
+    pub(crate) is_certain: bool,
+    /// Whether only what starts in the middle of the set is looked at.
+    pub(crate) is_middle: bool,
+}
+
+impl Judge<'_> {
+    /// What is seen during its part of the step.
+    pub(crate) fn seen(&self, depth: u32) -> Result<Seen, Fault> {
+        let states = self.states(self.taken.part)?;
+        let hull: Vec<Interval> = states.iter().map(|m| self.range(m)).collect::<Result<_, _>>()?;
         let time = *hull.last().ok_or(Fault::Unknown)?;
         let mut look = Look { claim: judged(None, time, false), keeps_window: true, stays: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
-        self.look(step, clock, (0.0, 1.0), depth, &mut look)?;
-        if self.may_be_over(clock)? {
+        self.look(self.taken.part, depth, &mut look)?;
+        if self.may_be_over()? {
             (look.claim.met, look.claim.violated) = (None, None);
         }
-        let watched = look.watched.unwrap_or_default();
-        let Look { keeps_window, stays, .. } = look;
-        self.stretch.is_certain &= stays;
-        let exponents = self.flow.space.exponents.clone();
-        let taken = Taken { h: step.h, exponents, series: step.series().to_vec() };
-        self.stretch.segments.push(Segment {
-            taken,
-            time,
-            states: hull,
-            watched,
-            claim: look.claim,
-            keeps_window,
-            stays,
-        });
-        Ok(())
+        let Look { claim, keeps_window, stays, watched } = look;
+        Ok(Seen { time, states: hull, watched: watched.unwrap_or_default(), claim, keeps_window, stays })
+    }
+
+    fn range(&self, m: &Model) -> Enclosure {
+        if self.is_middle {
+            return Interval::exactly(m.coefficients[0])?.add(Interval::symmetric(m.radius)?);
+        }
+        self.taken.path.space.range(m)
     }
 
     /// Whether the stretch may have no length: it then has no instant but that of its landing, at which other things hold.
-    fn may_be_over(&self, clock: &Clock) -> Result<bool, Fault> {
-        let Clock::Until(event) = clock else { return Ok(false) };
-        Ok(self.stretch.segments.is_empty() && self.flow.space.range(event.instant)?.low() <= 0.0)
+    fn may_be_over(&self) -> Result<bool, Fault> {
+        let Some((instant, _, _)) = &self.taken.until else { return Ok(false) };
+        Ok(self.is_first && self.taken.path.space.range(instant)?.low() <= 0.0)
     }
 
-    fn look(&self, step: &Step, clock: &Clock, part: (f64, f64), depth: u32, seen: &mut Look) -> Result<(), Fault> {
-        let states = self.states(step, clock, part.0, part.1)?;
-        let Some(watched) = self.watched_until(&states, clock)? else { return Ok(()) };
+    fn states(&self, part: (f64, f64)) -> Result<Vec<Model>, Fault> {
+        self.taken.states(part, self.mode.field.outputs.len())
+    }
+
+    /// The quantities watched in states up to a crossing: what makes it has not made it before.
+    fn watched(&self, states: &[Model]) -> Result<Option<Vec<Interval>>, Fault> {
+        let space = &*self.taken.path.space;
+        let found = values(space, &self.mode.watch, states)?;
+        let mut watched: Vec<Interval> = found.iter().map(|m| self.range(m)).collect::<Result<_, _>>()?;
+        if let Some((_, quantity, is_rising)) = self.taken.until {
+            let Some(side) = before(is_rising).keep(watched[quantity]) else { return Ok(None) };
+            watched[quantity] = side;
+        }
+        Ok(Some(watched))
+    }
+
+    fn look(&self, part: (f64, f64), depth: u32, seen: &mut Look) -> Result<(), Fault> {
+        let states = self.states(part)?;
+        let Some(watched) = self.watched(&states)? else { return Ok(()) };
         // Where the domain holds nowhere there is no run to judge.
         let Some(mut known) = self.mode.kept(&watched) else { return Ok(()) };
-        if part.0 == 0.0 && self.stretch.segments.is_empty() && !self.known.is_empty() {
+        if part.0 == 0.0 && !self.known.is_empty() {
             self.add_known(&states, &mut known);
         }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
@@ -61,31 +117,31 @@ impl Walk<'_> {
         }
         if (claim.is_none() || window != Some(true) || rest.is_none()) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
-            self.look(step, clock, (part.0, middle), depth - 1, seen)?;
-            return self.look(step, clock, (middle, part.1), depth - 1, seen);
+            self.look((part.0, middle), depth - 1, seen)?;
+            return self.look((middle, part.1), depth - 1, seen);
         }
-        let time = self.flow.space.range(states.last().ok_or(Fault::Unknown)?)?;
+        let time = self.range(states.last().ok_or(Fault::Unknown)?)?;
         let raw = self.mode.claim.truth(&watched);
         seen.stays &= rest == Some(true);
-        let is_certain = self.stretch.is_certain && seen.stays && raw == claim && window == Some(true);
+        let is_certain = self.is_certain && seen.stays && raw == claim && window == Some(true);
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
     }
-}
 
-impl Walk<'_> {
     /// Use that what holds where the stretch starts goes on to hold while its quantity moves away from zero.
     fn add_known(&self, states: &[Model], values: &mut [Interval]) {
-        let Ok(mut inside) = states.iter().map(|m| self.flow.space.range(m)).collect::<Result<Vec<_>, _>>() else {
+        let Ok(mut inside) = states.iter().map(|m| self.range(m)).collect::<Result<Vec<_>, _>>() else {
             return;
         };
+        let watch = &self.mode.watch;
         for &(at, comparison) in &self.mode.domain {
-            if let Op::Variable(v) = self.mode.watch.ops[self.mode.watch.outputs[at]] {
+            if let Op::Variable(v) = watch.ops[watch.outputs[at]] {
                 inside[v] = comparison.keep(inside[v]).unwrap_or(inside[v]);
             }
         }
         self.keep_below_the_start(&mut inside);
-        for &(at, comparison) in &self.known {
-            let rate = interval_rate(&self.quantity(at), self.mode, &inside);
+        for &(at, comparison) in self.known {
+            let quantity = Tape { ops: watch.ops.clone(), outputs: vec![watch.outputs[at]] };
+            let rate = interval_rate(&quantity, self.mode, &inside);
             let goes_away = rate.is_ok_and(|rate| match comparison {
                 Comparison::AtMost => rate.high() <= 0.0,
                 Comparison::AtLeast => rate.low() >= 0.0,
@@ -96,19 +152,34 @@ impl Walk<'_> {
             }
         }
     }
-}
 
-impl Walk<'_> {
     /// Cut a box of states since the start where variables only fall, or only rise: twice, as one helps the other.
     fn keep_below_the_start(&self, inside: &mut [Interval]) {
         for _ in 0..2 {
             let Ok(speeds) = interval_speeds(self.mode, inside) else { return };
-            for ((x, speed), side) in inside.iter_mut().zip(speeds).zip(&self.sides) {
+            for ((x, speed), side) in inside.iter_mut().zip(speeds).zip(self.sides) {
                 let low = if speed.low() >= 0.0 { x.low().max(side.low()) } else { x.low() };
                 let high = if speed.high() <= 0.0 { x.high().min(side.high()) } else { x.high() };
                 *x = Interval::new(low, high).unwrap_or(*x);
             }
         }
+    }
+}
+
+/// What is seen during a part of a step.
+pub(crate) struct Seen {
+    time: Interval,
+    states: Vec<Interval>,
+    watched: Vec<Interval>,
+    claim: Judgement,
+    keeps_window: bool,
+    stays: bool,
+}
+
+impl Seen {
+    pub(crate) fn of(self, taken: Taken) -> Segment {
+        let Seen { time, states, watched, claim, keeps_window, stays } = self;
+        Segment { taken, time, states, watched, claim, keeps_window, stays }
     }
 }
 

@@ -26,21 +26,28 @@ pub mod hybrid;
 pub mod inputs;
 pub mod interval;
 mod judging;
+pub mod kinematics;
 pub mod matrix;
 pub mod models;
+pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod robustness;
 pub mod roots;
 pub mod rounding;
 pub mod rules;
 pub mod series;
 pub mod sets;
+pub mod signal;
 pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
 mod spreading;
 pub mod stepping;
 pub mod sweep;
+pub mod tree;
+#[cfg(feature = "python")]
+mod tree_python;
 mod walk;
 pub mod zeno;

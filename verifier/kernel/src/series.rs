@@ -28,7 +28,7 @@ pub enum Op {
 }
 
 /// Operations in order of evaluation, and the positions of the results.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tape {
     pub ops: Vec<Op>,
     pub outputs: Vec<usize>,

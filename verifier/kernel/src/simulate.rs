@@ -46,8 +46,18 @@ pub struct Piece {
     pub jumps: usize,
     pub start: f64,
     pub length: f64,
+    pub order: usize,
     pub states: Vec<f64>,
     pub observed: Vec<f64>,
+    /// The instant after a jump, at which a formula may mean something else than afterwards.
+    pub is_landing: bool,
+}
+
+impl Piece {
+    /// How many coefficients a series of it has.
+    pub fn width(&self) -> usize {
+        self.order + 1
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -163,13 +173,19 @@ impl<'a> Runner<'a> {
             if let Some(end) = self.stay() {
                 return end;
             }
-            if let Some(limit) = accumulation(&mut self.accumulation, self.run.time) {
-                return End::Zeno(limit);
-            }
-            if self.run.jumps.len() >= self.plan.jumps {
-                return End::Jumps;
+            let limit = accumulation(&mut self.accumulation, self.run.time);
+            if limit.is_some() || self.run.jumps.len() >= self.plan.jumps {
+                self.keep_last();
+                return limit.map_or(End::Jumps, End::Zeno);
             }
         }
+    }
+
+    /// The state after the last jump, where the run goes no farther.
+    fn keep_last(&mut self) {
+        self.first = self.run.pieces.len();
+        let state = self.run.state.clone();
+        self.cut(self.run.time, &state);
     }
 
     /// One stay in a mode, up to a jump (None) or the end of the run.
@@ -268,10 +284,29 @@ impl<'a> Runner<'a> {
                 self.cut(time, &before);
                 self.run.jumps.push(Jump { time, edge, before, after: after.clone() });
                 (self.run.time, self.run.mode, self.run.state, self.errors) = (time, way.target, after, errors);
+                self.land(&way.landing);
                 return true;
             }
         }
         false
+    }
+
+    /// Keep the instant after a jump, where formulas tell it from what follows.
+    fn land(&mut self, landing: &[usize]) {
+        if landing.is_empty() || !self.plan.keeps_pieces {
+            return;
+        }
+        let values = Jets::values(&self.mode().program, &self.run.state);
+        self.run.pieces.push(Piece {
+            mode: self.run.mode,
+            jumps: self.run.jumps.len(),
+            start: self.run.time,
+            length: 0.0,
+            order: 0,
+            states: self.run.state.clone(),
+            observed: landing.iter().map(|&r| values[r]).collect(),
+            is_landing: true,
+        });
     }
 
     /// The state at a time of this stay.
@@ -282,7 +317,7 @@ impl<'a> Runner<'a> {
         let pieces = &self.run.pieces[self.first..];
         match pieces.iter().rev().find(|p| p.start <= time) {
             Some(p) => {
-                let width = p.states.len() / self.automaton.variables.max(1);
+                let width = p.width();
                 (0..self.automaton.variables)
                     .map(|v| at(&p.states[v * width..(v + 1) * width], time - p.start))
                     .collect()
@@ -302,8 +337,8 @@ impl<'a> Runner<'a> {
             let values = Jets::values(&mode.program, state);
             let observed = mode.observed.iter().map(|&r| values[r]).collect();
             let (mode, jumps) = (self.run.mode, self.run.jumps.len());
-            let piece = Piece { mode, jumps, start: time, length: 0.0, states: state.to_vec(), observed };
-            self.run.pieces.push(piece);
+            let (states, order, is_landing) = (state.to_vec(), 0, false);
+            self.run.pieces.push(Piece { mode, jumps, start: time, length: 0.0, order, states, observed, is_landing });
         } else if let Some(p) = self.run.pieces.last_mut() {
             p.length = p.length.min(time - p.start).max(0.0);
         }
@@ -325,6 +360,9 @@ impl<'a> Runner<'a> {
         }
         let mode = self.mode();
         self.jets.expand(&mode.program, &self.run.state, self.plan.order);
+        if self.stands_at_corner(mode) {
+            self.jets.expand(&mode.program, &self.run.state, self.plan.order);
+        }
         let next = self.plan.writes.get(self.written).map_or(self.plan.horizon, |w| w.time.min(self.plan.horizon));
         let room = next - self.run.time;
         let size = self.run.state.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -366,6 +404,22 @@ impl<'a> Runner<'a> {
                 Stop::Runs
             }
         }
+    }
+
+    /// Whether a branch begins to be told by more than rounding; such registers count as zero from here on.
+    fn stands_at_corner(&mut self, mode: &Mode) -> bool {
+        let doubt = 1e3 * self.errors.iter().fold(0.0f64, |most, e| most.max(*e));
+        let near = |r: &usize| self.jets.register(*r)[0].abs() <= doubt && !self.jets.zeroed.contains(r);
+        if !mode.corners.iter().any(near) {
+            return false;
+        }
+        let values: Vec<f64> = (0..mode.program.moving).map(|r| self.jets.register(r)[0]).collect();
+        let off = rounding(&mode.program, &values, &self.errors);
+        let zeroed =
+            mode.corners.iter().copied().filter(|r| near(r) && values[*r] != 0.0 && values[*r].abs() <= off[*r]);
+        let zeroed: Vec<usize> = zeroed.collect();
+        self.jets.zeroed.extend(&zeroed);
+        !zeroed.is_empty()
     }
 
     /// The first change of a branch within a step.
@@ -435,8 +489,10 @@ impl<'a> Runner<'a> {
             jumps: self.run.jumps.len(),
             start: self.run.time,
             length: h,
+            order: self.jets.order,
             states: self.jets.states.clone(),
             observed,
+            is_landing: false,
         };
         self.run.pieces.push(piece);
     }
@@ -448,13 +504,10 @@ impl<'a> Runner<'a> {
             p.length = t;
         }
         self.moved(t, now);
-        if let Some(i) = signs.instants.iter().position(|&x| x == t) {
-            for &(r, v, to, factor) in mode.snaps.iter().filter(|s| signs.zeros(i).contains(&s.0)) {
-                let _ = r;
-                let exact = to.map_or(0.0, |c| factor * self.jets.register(c)[0]);
-                self.run.state[v] = exact;
-                self.errors[v] = 0.0;
-            }
+        let zeros = signs.zeros_at(mode, t);
+        for &(_, v, to, factor) in mode.snaps.iter().filter(|s| zeros.contains(&s.0)) {
+            self.run.state[v] = to.map_or(0.0, |c| factor * self.jets.register(c)[0]);
+            self.errors[v] = 0.0;
         }
         now
     }

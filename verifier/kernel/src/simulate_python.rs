@@ -5,6 +5,7 @@ use crate::chance::Chance;
 use crate::condition::Condition;
 use crate::dense::{at, Jets, Op, Program};
 use crate::python::{condition, Words};
+use crate::robustness::{robustness, Formula};
 use crate::simulate::{simulate, End, Plan, Policy, Run, Write};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -14,8 +15,10 @@ use std::sync::Arc;
 type Operation = (String, Vec<usize>, f64);
 /// A reset: variable, register, and another register where any value between both may be taken.
 type ResetListing = (usize, usize, Option<usize>);
-/// Target, urgent, enabled, resets.
-type EdgeListing = (usize, bool, Words, Vec<ResetListing>);
+/// Target, urgent, enabled, resets, observed registers at the landing.
+type EdgeListing = (usize, bool, Words, Vec<ResetListing>, Vec<usize>);
+/// A formula, the operator before its members: its word, a number (of members, or of a quantity), a window.
+type FormulaWords = Vec<(String, usize, f64, f64)>;
 /// Operations, how many move, slopes, conditions, domain, terminal, edges, observed registers, outputs.
 type ModeListing =
     (Vec<Operation>, usize, Vec<Option<usize>>, Vec<Words>, Words, bool, Vec<usize>, Vec<usize>, Vec<usize>);
@@ -66,10 +69,10 @@ fn read(words: &Words) -> PyResult<Condition> {
     condition(&mut words.iter(), 0).map_err(|_| wrong("condition"))
 }
 
-fn edge((target, is_urgent, enabled, resets): &EdgeListing) -> PyResult<Edge> {
+fn edge((target, is_urgent, enabled, resets, landing): &EdgeListing) -> PyResult<Edge> {
     let reset = |&(v, a, b): &ResetListing| b.map_or(Reset::To(v, a), |b| Reset::Between(v, a, b));
     let resets = resets.iter().map(reset).collect();
-    Ok(Edge { target: *target, is_urgent: *is_urgent, enabled: read(enabled)?, resets })
+    Ok(Edge { target: *target, is_urgent: *is_urgent, enabled: read(enabled)?, resets, landing: landing.clone() })
 }
 
 fn mode(listing: &ModeListing, edges: &[Edge]) -> PyResult<Mode> {
@@ -121,7 +124,7 @@ impl Simulator {
         let edges = edges.iter().map(edge).collect::<PyResult<Vec<Edge>>>()?;
         let listed = modes.iter().map(|m| mode(m, &edges)).collect::<PyResult<Vec<Mode>>>()?;
         let sound = listed.iter().all(|m| m.program.slopes.len() == variables)
-            && edges.iter().all(|e| e.target < listed.len())
+            && edges.iter().all(|e| listed.get(e.target).is_some_and(|m| lands(e, m)))
             && modes.iter().zip(&listed).all(|(l, m)| l.8.iter().all(|&r| r < m.program.ops.len()))
             && listed.iter().all(|m| m.edges.iter().all(|&e| resets_fit(&edges[e], m, variables)))
             && clock.is_none_or(|v| v < variables);
@@ -150,12 +153,56 @@ impl Simulator {
         }
     }
 
+    /// The slopes of the state in a mode.
+    fn slopes(&self, mode: usize, state: Vec<f64>) -> PyResult<Vec<f64>> {
+        let values = self.values(mode, state)?;
+        Ok(self.automaton.modes[mode].program.slopes.iter().map(|s| s.map_or(0.0, |r| values[r])).collect())
+    }
+
+    /// The value of a formula on many runs.
+    fn robustness(&self, py: Python<'_>, listings: Vec<PlanListing>, words: FormulaWords) -> PyResult<Vec<f64>> {
+        let asked = judged(&words, &self.automaton)?;
+        let plans = listings.into_iter().map(|l| plan(l, true, &self.automaton)).collect::<PyResult<Vec<Plan>>>()?;
+        let value = |p| robustness(&simulate(&self.automaton, p), &asked);
+        Ok(py.detach(|| plans.into_iter().map(value).collect()))
+    }
+
     /// The ends of many runs: how each ended, when, after how many jumps, in which mode and state.
     fn ends(&self, py: Python<'_>, listings: Vec<PlanListing>) -> PyResult<Vec<EndRow>> {
         let plans = listings.into_iter().map(|l| plan(l, false, &self.automaton)).collect::<PyResult<Vec<Plan>>>()?;
         let runs: Vec<Run> = py.detach(|| plans.into_iter().map(|p| simulate(&self.automaton, p)).collect());
         Ok(runs.into_iter().map(|r| (word(&r.end).to_owned(), r.time, r.jumps.len(), r.mode, r.state)).collect())
     }
+}
+
+fn lands(edge: &Edge, target: &Mode) -> bool {
+    let fits = edge.landing.is_empty() || edge.landing.len() == target.observed.len();
+    fits && edge.landing.iter().all(|&r| r < target.program.ops.len())
+}
+
+fn formula(words: &mut std::slice::Iter<(String, usize, f64, f64)>, depth: usize) -> PyResult<Formula> {
+    let (word, n, a, b) = words.next().filter(|_| depth < 200).ok_or_else(|| wrong("formula"))?;
+    let mut one = || formula(words, depth + 1).map(Box::new);
+    Ok(match word.as_str() {
+        "atom" => Formula::Atom(*n),
+        "not" => Formula::Not(one()?),
+        "globally" => Formula::Globally(*a, *b, one()?),
+        "eventually" => Formula::Eventually(*a, *b, one()?),
+        "until" => Formula::Until(*a, *b, one()?, one()?),
+        "and" => Formula::And((0..*n).map(|_| formula(words, depth + 1)).collect::<PyResult<_>>()?),
+        "or" => Formula::Or((0..*n).map(|_| formula(words, depth + 1)).collect::<PyResult<_>>()?),
+        _ => return Err(wrong("formula")),
+    })
+}
+
+/// A formula whose quantities every mode observes.
+fn judged(words: &FormulaWords, automaton: &Automaton) -> PyResult<Formula> {
+    let found = formula(&mut words.iter(), 0)?;
+    let highest = words.iter().filter(|w| w.0 == "atom").map(|w| w.1 + 1).max().unwrap_or(0);
+    if automaton.modes.iter().any(|m| m.observed.len() < highest) || !found.is_supported() {
+        return Err(wrong("formula"));
+    }
+    Ok(found)
 }
 
 fn resets_fit(edge: &Edge, mode: &Mode, variables: usize) -> bool {
@@ -200,6 +247,11 @@ impl Record {
     /// The jumps: time, edge, state before, state after.
     fn jumps(&self) -> Vec<(f64, usize, Vec<f64>, Vec<f64>)> {
         self.run.jumps.iter().map(|j| (j.time, j.edge, j.before.clone(), j.after.clone())).collect()
+    }
+
+    /// The value of a formula.
+    fn robustness(&self, words: FormulaWords) -> PyResult<f64> {
+        Ok(robustness(&self.run, &judged(&words, &self.automaton)?))
     }
 
     fn pieces(&self) -> Vec<PieceRow> {

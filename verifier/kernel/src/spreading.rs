@@ -30,7 +30,7 @@ impl<'a> Analysis<'a> {
         let depth = self.settings.depth + 2;
         let watched = walk.watched_during(step, 0.0, step.h)?;
         let Some(known) = walk.mode.kept(&watched) else { return Ok(false) };
-        walk.record(step, &Clock::Same(step.h), self.settings.depth)?;
+        walk.record(step, &Clock::Same, self.settings.depth, self.settings.longest_step)?;
         let mut arriving = Vec::new();
         for number in 0..walk.mode.edges.len() {
             let guard = walk.due_guard(number);

@@ -6,6 +6,7 @@ use crate::flowpipe::{Flow, Step};
 use crate::hybrid::{Guard, Judgement, Mode, Stretch};
 use crate::interval::Interval;
 use crate::models::Model;
+use crate::path::Path;
 use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::spreading::Spreading;
@@ -31,7 +32,7 @@ pub(crate) struct Walk<'a> {
 
 /// How the instants of a step depend on the set: the same for all, or up to the instant of a crossing.
 pub(crate) enum Clock<'a> {
-    Same(f64),
+    Same,
     Until(&'a Event<'a>),
 }
 
@@ -84,7 +85,7 @@ fn due_after(guard: &Guard, quantity: usize, is_rising: bool, values: &[Interval
 }
 
 /// The closed half line that a quantity is on before it crosses zero.
-fn before(is_rising: bool) -> Comparison {
+pub(crate) fn before(is_rising: bool) -> Comparison {
     if is_rising {
         Comparison::AtMost
     } else {
@@ -127,6 +128,17 @@ pub(crate) fn kept(domain: &Guard, values: &[Interval]) -> Option<Vec<Interval>>
         kept[*at] = comparison.keep(kept[*at])?;
     }
     Some(kept)
+}
+
+/// The states during a part of a step, or of its way to an instant that depends on the set.
+pub(crate) fn during(path: &Path, until: Option<&Model>, part: (f64, f64), count: usize) -> Result<Vec<Model>, Fault> {
+    match until {
+        None => path.states(Interval::new(part.0 * path.h, (part.1 * path.h).min(path.h))?, count),
+        Some(instant) => {
+            let share = Interval::new(part.0, part.1)?;
+            path.states_at(&path.space.scale(instant, share)?, count)
+        }
+    }
 }
 
 impl Walk<'_> {
@@ -173,25 +185,11 @@ impl Walk<'_> {
     }
 
     pub(crate) fn states(&self, step: &Step, clock: &Clock, from: f64, to: f64) -> Result<Vec<Model>, Fault> {
-        let mut states = match clock {
-            Clock::Same(h) => self.flow.states(step, Interval::new(from * h, (to * h).min(step.h))?)?,
-            Clock::Until(event) => {
-                let share = Interval::new(from, to)?;
-                self.flow.states_at(step, &self.flow.space.scale(event.instant, share)?)?
-            }
+        let until = match clock {
+            Clock::Same => None,
+            Clock::Until(event) => Some(event.instant),
         };
-        states.truncate(self.mode.field.outputs.len());
-        Ok(states)
-    }
-
-    /// The quantities watched in states up to a clock: what makes a crossing has not made it before.
-    pub(crate) fn watched_until(&self, states: &[Model], clock: &Clock) -> Result<Option<Vec<Interval>>, Fault> {
-        let mut watched = self.watched(states)?;
-        if let Clock::Until(event) = clock {
-            let Some(side) = before(event.is_rising).keep(watched[event.quantity]) else { return Ok(None) };
-            watched[event.quantity] = side;
-        }
-        Ok(Some(watched))
+        during(&step.path, until, (from, to), self.mode.field.outputs.len())
     }
 
     pub(crate) fn watched(&self, states: &[Model]) -> Result<Vec<Interval>, Fault> {

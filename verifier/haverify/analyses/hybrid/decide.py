@@ -16,10 +16,11 @@ from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
 from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.margin import margin
 from haverify.analyses.hybrid.model import Start, hybrid_model
-from haverify.analyses.hybrid.prove import proved_by, undecided
+from haverify.analyses.hybrid.prove import proved_at_once, proved_by, undecided
 from haverify.analyses.hybrid.question import Question, question_of
 from haverify.analyses.hybrid.record import proof_record, record_name, run_record
-from haverify.analyses.hybrid.runs import by_a_run, params_at
+from haverify.analyses.hybrid.runs import admissible, by_a_run, params_at
+from haverify.analyses.hybrid.shared import Trees
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run
@@ -38,8 +39,12 @@ RECORDED = ("always", "can_reach")
 USUAL = Q(1)
 
 
-def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL) -> Evidence:
+def decide_flow(
+    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL, trees: Trees | None = None
+) -> Evidence:
     """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
+
+    `trees` are those of other claims on the automaton.
 
     Raises
     ------
@@ -50,7 +55,8 @@ def decide_flow(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json
     used = [g.condition for c in spec.claims if c.name in claim.using for g in c.goals]
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used)
     questions = [question_of(model, claim, goal) for goal in claim.goals]
-    answers = [_answered(replace(q, budget=budget)) for q in questions]
+    shared = Trees() if trees is None else trees
+    answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(
         PartResult(i, "flow", model.modes[model.starts[0].mode].name, "", a.text, a.verdict, a.run)
@@ -101,26 +107,33 @@ def _answered(question: Question) -> Answer:
 
 
 def _decide(question: Question) -> Answer:
-    """The verdict on one goal."""
-    kind = question.asked.kind
-    start, run = by_a_run(question)
-    if run is not None and start is not None:
-        return _by_the_run(question, run)
+    """The verdict on one goal: what is likely is tried first, a proof from whole boxes before runs or after them."""
+    start = admissible(question)
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
     is_endless = question.asked.endless
-    proof = proved_for_ever(question) if is_endless else proved_by(question)
+    proof = None if is_endless or _is_run_likely(question) else proved_at_once(question)
+    _, run = by_a_run(question) if proof is None else (None, None)
+    if run is not None:
+        return _by_the_run(question, run)
+    proof = proved_for_ever(question) if is_endless else proof or proved_by(question)
     if proof is None:
         return Answer(not_for_ever(question) if is_endless else undecided(question))
-    entry = {"kind": "flowpipe", "start": _start_json(question, *start)}
+    kind, entry = question.asked.kind, {"kind": "flowpipe", "start": _start_json(question, *start)}
     record = proof_record(question, proof) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Refuted(), "never reached", entry, record=record)
     text = "holds along every flowpipe" if kind == "always" else "met along every flowpipe"
-    text = "holds along flowpipes that return into themselves" if is_endless else text
-    first, point = start
-    tree = question.points.get((first.mode, tuple((q, q) for q in point)), [])
-    return Answer(Proved(margin(question, proof, tree)), text, entry, record=record)
+    if is_endless:
+        return Answer(Proved(), "holds along flowpipes that return into themselves", entry)
+    return Answer(Proved(margin(question, proof, *start)), text, entry, record=record)
+
+
+def _is_run_likely(question: Question) -> bool:
+    """Whether the author expects that a run decides the goal."""
+    is_reach = question.asked.kind == "can_reach"
+    expected = question.claim.expect
+    return is_reach if expected is None else (expected.verdict == "proved") == is_reach
 
 
 def _may_be_recorded(question: Question) -> bool:

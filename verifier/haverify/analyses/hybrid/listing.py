@@ -115,15 +115,19 @@ def _mode(
     also = (*(c for c in domain if not isinstance(c, Atom)), *judged.assumed[number], *ordered)
     rest = watched.words(Every(also))
     facts = [(watched.position(a.quantity), a.op) for a in judged.facts[number]]
+    leaving = [(k, e) for k, e in enumerate(model.automaton.edges) if e.source == mode.name]
+    guards = [(k, e, _cases(condition(residual(e.guard, Situation(mode.name)), known))) for k, e in leaving]
+    # What runs depend on is watched first: at the same positions whatever the claim.
+    for atom in (a for _, _, cases in guards for case in cases for a in case):
+        watched.position(atom.quantity)
     claim, window = watched.words(judged.dwelling[number]), watched.words(judged.window)
     claimed = [*atoms(judged.dwelling[number]), *atoms(judged.window)]
     compared.append([(a.quantity, a.op, watched.position(a.quantity)) for a in claimed])
     edges = []
-    for index, edge in enumerate(model.automaton.edges):
-        if edge.source == mode.name:
-            for case in _cases(condition(residual(edge.guard, Situation(mode.name)), known)):
-                edges.append(_edge(model, number, edge, case, borders, judged.landing[index], watched))
-                model.edges[number].append(index)
+    for index, edge, cases in guards:
+        for case in cases:
+            edges.append(_edge(model, number, edge, case, borders, judged.landing[index], watched))
+            model.edges[number].append(index)
     ranges = [_ends(chosen.get(d.name, (d.low, d.high))) for d in driven]
     return flow.listing(field), ranges, watched.listing(), guard, facts, rest, claim, window, edges
 

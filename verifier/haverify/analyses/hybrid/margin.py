@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from haverify.analyses.hybrid.question import Piece, Question
+from haverify.analyses.hybrid.model import Start
+from haverify.analyses.hybrid.question import Piece, Question, follow, from_the_middle
 from haverify.evidence.verdict import Margin
 from haverify.model.expression import nodes
 from haverify.solvers.kernel import Stretch
@@ -14,8 +15,8 @@ Q = Fraction
 NO_QUANTITIES = ("abs", "jump", "jumped", "pre", "at")
 
 
-def margin(question: Question, proof: Sequence[Piece], run: Sequence[Stretch]) -> Margin | None:
-    """For one bound in all modes: at least how far all enclosures stay from it; `run` is the tree of one start."""
+def margin(question: Question, proof: Sequence[Piece], start: Start, point: Sequence[Q]) -> Margin | None:
+    """For one bound in all modes: at least how far all enclosures stay from it; one run is that from a start."""
     asked = question.asked.condition
     if question.asked.kind != "always" or asked.op not in ("<", "<=", ">", ">="):
         return None
@@ -33,9 +34,21 @@ def margin(question: Question, proof: Sequence[Piece], run: Sequence[Stretch]) -
     low, at = min(_distances(question, trees, places, is_above, 0 if is_above else 1), default=(None, 0.0))
     if low is None:
         return None
-    certain = [s for s in run if s.is_certain]
+    certain = [s for s in _run(question, proof[0], start, point) if s.is_certain]
     near, _ = min(_distances(question, [certain], places, is_above, 1 if is_above else 0), default=(low, 0.0))
     return Margin(low, max(low, near), str(unit), f"t = {max(at, 0.0):.6g} s")
+
+
+def _run(question: Question, piece: Piece, start: Start, point: Sequence[Q]) -> Sequence[Stretch]:
+    """The tree of one start, or what the tree of a piece shows of it where it starts in its middle."""
+    box = tuple((q, q) for q in point)
+    known = question.points.get((start.mode, box))
+    if known is not None:
+        return known
+    middle = [(low + high) / 2 for low, high in piece.box]
+    if piece.start is start and not start.rest and middle == list(point):
+        return from_the_middle(question, piece)
+    return follow(question, start, box, "horizon")
 
 
 def _distances(

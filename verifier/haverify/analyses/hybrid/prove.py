@@ -32,14 +32,26 @@ class Failed:
     is_hopeless: bool
 
 
+def proved_at_once(question: Question) -> list[Piece] | None:
+    """The trees from whole boxes of starts, if they show the goal."""
+    found, failed = _tried(
+        question, [Piece(s, b) for s in question.model.starts for b in cut(s.box, cuts(question.claim))]
+    )
+    question.shown = found if not failed else question.shown
+    return None if failed else found
+
+
+def _wholes(question: Question) -> list[Piece]:
+    return [Piece(s, b) for s in question.model.starts for b in cut(s.box, cuts(question.claim))]
+
+
 def proved_by(question: Question) -> list[Piece] | None:
     """Trees from pieces that cover all starts and show the goal; None if too many are needed.
 
     What fails for whole boxes of starts is tried once more with finer steps before they are cut, those first of which
     the least is shown.
     """
-    boxes = [Piece(s, b) for s in question.model.starts for b in cut(s.box, cuts(question.claim))]
-    found, failed = _tried(question, boxes)
+    found, failed = _tried(question, _wholes(question))
     if failed and _is_worth_it(question, failed):
         more, less = _tried(question, [replace(f.piece, is_finer=True) for f in failed if not f.trouble])
         found, failed = found + more, [f for f in failed if f.trouble] + less

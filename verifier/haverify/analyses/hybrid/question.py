@@ -10,6 +10,7 @@ from haverify.analyses.hybrid.inputs import Chosen
 from haverify.analyses.hybrid.listing import Judged, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
 from haverify.analyses.hybrid.options import tuned
+from haverify.analyses.hybrid.shared import Trees
 from haverify.analyses.hybrid.starts import Box
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
@@ -21,9 +22,13 @@ from haverify.solvers.kernel import (
     RecordedStretch,
     Settings,
     Stretch,
+    Tree,
     enclosed,
+    grown,
+    judged,
     reach,
-    reach_record,
+    recorded,
+    stretches,
 )
 from haverify.text.record import field, holder, record, replace
 
@@ -31,9 +36,9 @@ Q = Fraction
 STEPS = 4000
 STRETCHES = 400
 CUTS = 6
-LOOKS = 32  # a step is at most this part of the horizon
+LAPS, RETURNS = 600, 60  # steps and stretches after which sets do not seem to return
+LOOKS = 32  # what is looked at is at most this part of the horizon
 DRIVEN = 8  # times as many steps where inputs drive the flow: what they do in a step is taken as a box
-RECORDED = 16  # a recorded step without jumps is at most this part of it
 FINER = 1e-3  # times the error aimed at, where the usual one did not do
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
@@ -75,6 +80,8 @@ class Question:
     shown: list[Piece] = field(default_factory=list)
     # The numbers chosen for what drives flows, where single runs are followed.
     driven: Chosen = field(default_factory=dict)
+    # The trees that all claims share.
+    trees: Trees = field(default_factory=Trees)
     # The trees of single starts, by mode and start.
     points: dict[tuple[int, Box], list[Stretch]] = field(default_factory=dict)
 
@@ -95,20 +102,52 @@ def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
 
 
 def follow(question: Question, start: Start, box: Box, until: str, is_finer: bool = False) -> list[Stretch]:
-    """The tree that encloses all runs from a box of starts: the one place where flowpipes are computed."""
+    """The tree that encloses all runs from a box of starts: up to the horizon it is grown once for all claims."""
+    if until == "horizon":
+        tree, is_new = _tree(question, start, box, is_finer)
+        return stretches(tree) if is_new else judged(tree, question.modes, _known(question, start, box))
     horizon = Interval.at(max(question.asked.last, INSTANT)).high
-    asked = question.asked
-    budget = Budget(asked.jumps - asked.last_jump, STRETCHES, CUTS)
     given = start.mode, sides(box), _known(question, start, box)
-    return reach(question.modes, given, horizon, until, settings_of(question, box, is_finer), budget)
+    settings, budget = settings_of(question, box, is_finer), _budget(question)
+    if until == "passed":
+        settings, budget = replace(settings, steps=LAPS), replace(budget, stretches=RETURNS)
+    return reach(question.modes, given, horizon, until, settings, budget)
+
+
+def _budget(question: Question) -> Budget:
+    return Budget(question.asked.jumps - question.asked.last_jump, STRETCHES, CUTS)
+
+
+def _tree(question: Question, start: Start, box: Box, is_finer: bool) -> tuple[Tree, bool]:
+    """The tree up to the horizon, and whether it was grown for this question: for the first of all that share it."""
+    horizon = Interval.at(max(question.asked.last, INSTANT)).high
+    return _grown(question, start, box, horizon, settings_of(question, box, is_finer), _budget(question))
+
+
+def _grown(
+    question: Question, start: Start, box: Box, horizon: float, settings: Settings, budget: Budget
+) -> tuple[Tree, bool]:
+    def grow() -> Tree:
+        given = start.mode, sides(box), _known(question, start, box)
+        return grown(question.modes, given, horizon, "horizon", settings, budget)
+
+    model = question.model
+    about = model.automaton.name, model.names, model.assumed, model.used, tuple(sorted(question.driven.items()))
+    return question.trees.get((*about, start.mode, box, horizon, settings, budget), grow)
+
+
+def from_the_middle(question: Question, piece: Piece) -> list[Stretch]:
+    """What the tree of a piece shows of the runs from its middle."""
+    tree, _ = _tree(question, piece.start, piece.box, piece.is_finer)
+    return judged(tree, question.modes, _known(question, piece.start, piece.box), is_middle=True)
 
 
 def follow_record(question: Question, piece: Piece, until: Q) -> list[RecordedStretch]:
-    """The polynomials of the same tree, a little beyond an instant."""
-    asked = question.asked
-    given = piece.start.mode, sides(piece.box), _known(question, piece.start, piece.box)
-    budget = Budget(asked.jumps - asked.last_jump, STRETCHES, 0)
-    return reach_record(question.modes, given, _beyond(until), recorded_settings(question, piece, until), budget)
+    """The polynomials of the same tree; where there are jumps, a little beyond an instant, and without cuts."""
+    if not question.model.jumps and until == question.asked.last:
+        return recorded(_tree(question, piece.start, piece.box, piece.is_finer)[0])
+    budget, settings = replace(_budget(question), cuts=0), recorded_settings(question, piece, until)
+    return recorded(_grown(question, piece.start, piece.box, _beyond(until), settings, budget)[0])
 
 
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
@@ -171,6 +210,6 @@ def _beyond(until: Q) -> float:
 
 
 def recorded_settings(question: Question, piece: Piece, until: Q) -> Settings:
-    """Where nothing but the claim is looked at, recorded steps may be longer: the second checker looks for itself."""
+    """Steps follow the horizon of the record, where they may."""
     settings = settings_of(question, piece.box, piece.is_finer)
-    return settings if question.model.jumps else replace(settings, longest=_beyond(until) / RECORDED)
+    return settings if question.model.jumps else replace(settings, longest=_beyond(until) / LOOKS)

@@ -51,6 +51,18 @@ def run_record(question: Question, start: Start, point: Sequence[Q], until: Q) -
 
 
 def _file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], until: Q) -> Json | None:
+    """A file for all claims whose proofs rest on the same pieces."""
+    pieces = [p for _, some in given for p in some]
+    same = tuple((p.start.mode, p.box, recorded_settings(question, p, until)) for p in pieces)
+    asked = question.asked
+    key = question.model.automaton.name, question.model.names, until, asked.jumps, asked.last_jump, same
+    files = question.trees.files
+    if key not in files:
+        files[key] = _new_file(question, given, until)
+    return files[key]
+
+
+def _new_file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], until: Q) -> Json | None:
     model, moving = question.model, len(question.model.automaton.vars)
     first = next(piece for _, pieces in given for piece in pieces)
     settings, varied = recorded_settings(question, first, until), set_of(model.names, first.box)
@@ -108,11 +120,13 @@ def _stretch(model: HybridModel, rows: Sequence[RecordedStretch], number: int, b
     """A stretch with its steps; where it ends at the border of its domain, its jumps and what follows each."""
     row, moving = rows[number], len(model.automaton.vars)
     steps, time = [], 0
-    for _, (h, series) in row.steps:
+    for k, (_, (h, series)) in enumerate(row.steps):
         if time >= last:
             break  # a little more than the horizon was followed
         pace = series[len(model.names)][0] if len(series) > len(model.names) else None
         length = max(1, round(ldexp(h, bits)))
+        if not model.jumps and k == len(row.steps) - 1:
+            length = max(length, last - time)  # rounded lengths add up to the horizon
         steps.append(step_json(length, series[:moving], bits, pace))
         time += 0 if pace is not None else length
     if row.end == "horizon":
@@ -138,7 +152,7 @@ def step_json(h: int, series: list[list[list[float]]], bits: int, pace: list[flo
 
 def polynomial(row: list[float], factor: float, bits: int) -> list[int]:
     """Coefficients in units."""
-    return _trimmed([round(ldexp(c * factor, bits)) for c in row])
+    return _trimmed([round(ldexp(c * factor, bits)) for c in row]) if row else []
 
 
 def _trimmed(row: list[Any]) -> list[Any]:

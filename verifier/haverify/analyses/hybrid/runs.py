@@ -25,6 +25,12 @@ Point = tuple[Start, tuple[Q, ...]]
 TRUE: Words = [("true", 0)]
 
 
+def admissible(question: Question) -> Point | None:
+    """A start that is certainly admissible."""
+    tried = ((s, p) for s in question.model.starts for p in points(s.box))
+    return next(((s, p) for s, p in tried if _is_admissible(question, s, p)), None)
+
+
 def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
     model = question.model

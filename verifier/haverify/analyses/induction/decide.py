@@ -10,23 +10,28 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.induction.counterexample import leaving, state_text
+from haverify.analyses.induction.counterexample import Leaving, leaving, state_text
+from haverify.analyses.induction.excluding import excluding
 from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
+from haverify.analyses.induction.portrait import portrait
 from haverify.analyses.induction.prove import prove
-from haverify.analyses.induction.refutation import Start, at_once, by_jump, by_run, starts
+from haverify.analyses.induction.reached import nearest, reached_text
+from haverify.analyses.induction.refutation import Exact, Start, admissible, at_once, by_jump, by_run
 from haverify.analyses.induction.refute import Effort
+from haverify.analyses.induction.written import written
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run, Step
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.maths.digits import rational_text
 from haverify.model.claim import Claim, Goal
+from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.induction import Induction, Invariant, Obligation
 from haverify.obligations.obligation import Hashes, hashes
-from haverify.obligations.premises import formula_json, primitive
+from haverify.obligations.premises import formula_json, polynomial_json, primitive
 from haverify.text.record import holder
 
 Q = Fraction
@@ -35,6 +40,7 @@ Json = Any
 METHOD = "induction"
 FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
+MODES_SECONDS = 15.0  # where there are several modes or edges
 
 
 @holder
@@ -61,11 +67,13 @@ def decide_invariant(
     """
     known = hashes(spec, automaton, core)
     seconds = SECONDS * float(scale)
-    answers = [_goal(spec, automaton, claim, goal, known, number, seconds) for number, goal in enumerate(claim.goals)]
+    drawn: list[Json] = []
+    asked = ((Induction(spec, automaton, claim, g, _conditions(spec, claim)), n) for n, g in enumerate(claim.goals))
+    answers = [_goal(induction, known, number, seconds, drawn) for induction, number in asked]
     verdict = _combined([v for v, _, _ in answers])
     parts = tuple(p for _, _, found in answers for p in found)
     if isinstance(verdict, Unknown):
-        return Evidence(verdict, parts, METHOD)
+        return Evidence(verdict, parts, METHOD, flowpipe=next((d for d in drawn if d is not None), None))
     word = "proved" if isinstance(verdict, Proved) else "refuted"
     return Evidence(verdict, parts, METHOD, certificate(claim.name, word, [e for _, e, _ in answers], None))
 
@@ -76,14 +84,20 @@ def _combined(verdicts: list[Verdict]) -> Verdict:
     return refuted or unknown or Proved()
 
 
+def _used(spec: Spec, claim: Claim) -> list[Claim]:
+    return [c for c in spec.claims if c.name in claim.using]
+
+
+def _conditions(spec: Spec, claim: Claim) -> tuple[Expr, ...]:
+    return tuple(c.goals[0].condition for c in _used(spec, claim))
+
+
 def _goal(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Goal, known: Hashes, number: int, seconds: float
+    induction: Induction, known: Hashes, number: int, seconds: float, drawn: list[Json]
 ) -> tuple[Verdict, Json, list[PartResult]]:
-    used = [c for c in spec.claims if c.name in claim.using]
-    using = tuple(c.goals[0].condition for c in used)
-    induction = Induction(spec, automaton, claim, goal, using)
+    """The verdict on a goal, its entry, its parts; what a figure shows of one that is open goes to `drawn`."""
     induction.check()
-    start = next(starts(induction, more=False), None)
+    start = admissible(induction)
     if start is None:
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
     shown = _quickly(induction)
@@ -93,9 +107,10 @@ def _goal(
             return refuted
         shown = _shown(induction, shown, seconds)
     if not shown.is_proved():
-        return _open(shown), {}, _parts(shown, number)
+        return _open(shown, drawn), {}, _parts(shown, number)
+    used = _used(induction.spec, induction.claim)
     entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
-    return (Proved() if goal.kind == "always" else Refuted()), entry, _parts(shown, number)
+    return (Proved() if induction.goal.kind == "always" else Refuted()), entry, _parts(shown, number)
 
 
 def _refuted(
@@ -146,7 +161,10 @@ def _quickly(induction: Induction) -> Shown:
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
     if not induction.claim.inductive and applies(induction):
-        return _invented(induction, seconds) or before
+        share = MODES_SECONDS / SECONDS if induction.automaton.edges else 1.0
+        found = _invented(induction, seconds * share)
+        if found is not None or not induction.automaton.edges:
+            return found or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 
@@ -163,7 +181,7 @@ def _invented(induction: Induction, seconds: float) -> Shown | None:
     found = invent(induction, seconds)
     if found is None:
         return None
-    shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
+    shown = attempt(induction, found.formulas, Effort(is_deep=True), found.flows)
     return shown if shown.is_proved() else None
 
 
@@ -181,13 +199,20 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
     return Shown(induction, formulas, parts)
 
 
-def _start_json(induction: Induction, start: Start) -> Json:
+def _start_json(induction: Induction, start: Start | Exact) -> Json:
     """A start, as certificates name it."""
-    params = {n: start.point.get(n, low) for n, (low, _) in induction.params.items()}
-    return start_json(start.mode, {v.name: start.point[v.name] for v in induction.automaton.vars}, params)
+    ends = {n: low for n, (low, _) in induction.params.items()}
+    states = [v.name for v in induction.automaton.vars]
+    if isinstance(start, Start):
+        return start_json(
+            start.mode, {v: start.point[v] for v in states}, {n: start.point.get(n, ends[n]) for n in ends}
+        )
+    told = {n: polynomial_json(p) if p.constant is None else rational_text(p.constant) for n, p in start.point.items()}
+    known = {n: told.get(n, rational_text(low)) for n, low in ends.items()}
+    return {"mode": start.mode, "values": {v: told[v] for v in states}, "params": known}
 
 
-def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start) -> Json:
+def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start | Exact) -> Json:
     claim, goal = shown.induction.claim, shown.induction.goal
     told = known.goal(claim, goal, used) if used else known.goal(claim, goal)
     parts = [
@@ -211,7 +236,7 @@ def _parts(shown: Shown, number: int) -> list[PartResult]:
     return found
 
 
-def _open(shown: Shown) -> Unknown:
+def _open(shown: Shown, drawn: list[Json]) -> Unknown:
     """What is not shown, and a state that says why, if there is one."""
     induction = shown.induction
     failed = [ob for ob, proof in shown.parts if proof is None]
@@ -224,7 +249,24 @@ def _open(shown: Shown) -> Unknown:
         if found is not None:
             place = f"the jump {ob.where}" if ob.kind == "edge" else f"the {ob.kind} of mode {ob.where}"
             reason = f"not inductive: {place} breaks it at {state_text(induction, found)}"
-            reached = "that state is not known to be reachable: runs from sampled starts keep the claim"
-            step = "add a conjunct that excludes this state and holds on all runs, or leave out `inductive`"
-            return Unknown("inductive", reason, reached, found.told, step)
+            near = nearest(induction, found)
+            drawn.append(portrait(induction, found, shown.formulas[ob.mode], near))
+            return Unknown("inductive", reason, reached_text(induction, near), found.told, _cure(shown, found))
     return Unknown("invariant", f"not shown: {places}; no state that leaves it was found either")
+
+
+def _cure(shown: Shown, found: Leaving) -> str:
+    """What may be added to an invariant, as it is written."""
+    induction = shown.induction
+
+    def is_proved(formulas: Invariant, is_deep: bool) -> bool:
+        return attempt(induction, formulas, Effort(is_deep=is_deep)).is_proved()
+
+    added = excluding(induction, shown.formulas, found.mode, found.point, is_proved)
+    if added is None:
+        return "add a conjunct that excludes this state and holds on all runs, or leave out `inductive`"
+    params = (*induction.spec.params,)
+    texts = {m: written(f, induction.automaton, params, induction.functions) for m, f in added.items()}
+    is_alone = len(induction.automaton.modes) == 1
+    terms = [text if is_alone else f"(at({m}) implies {text})" for m, text in texts.items()]
+    return f"add `and {' and '.join(terms)}`: it excludes this state, and with it every part is proved"

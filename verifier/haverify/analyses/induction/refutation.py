@@ -7,10 +7,11 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from haverify.analyses.induction.points import TRIES, Point, certainly, farthest, satisfying
+from haverify.analyses.induction.points import TRIES, Point, certainly, exactly, farthest, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
 from haverify.analyses.synthesis.starts import exact_points
 from haverify.evidence.run import Run
+from haverify.maths.polynomial import Polynomial
 from haverify.model.expression import TRUE, Expr
 from haverify.model.hybrid import Assign, Init, Param, Range
 from haverify.obligations.formula import Formula, negation
@@ -42,6 +43,29 @@ def names_of(induction: Induction) -> list[str]:
         *(v.name for v in induction.automaton.vars),
         *(n for n, (low, high) in induction.params.items() if low < high),
     ]
+
+
+@record
+class Exact:
+    """An admissible start with values that are no rationals: polynomials in pi and functions of numbers."""
+
+    mode: str
+    point: dict[str, Polynomial]
+
+
+def admissible(induction: Induction) -> Start | Exact | None:
+    """An admissible start, None where none was found."""
+    found = next(starts(induction, more=False), None)
+    if found is not None:
+        return found
+    names = [*names_of(induction), "time"]
+    for line, mode, _ in induction.lines():
+        windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
+        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
+        point = exactly(told, names)
+        if point is not None:
+            return Exact(mode, point)
+    return None
 
 
 def starts(induction: Induction, more: bool = True) -> Iterator[Start]:

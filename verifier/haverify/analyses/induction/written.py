@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 
 from haverify.elaborate.notation import quantity
 from haverify.maths.polynomial import Monomial
-from haverify.model.hybrid import HybridAutomaton
+from haverify.model.hybrid import HybridAutomaton, Param
 from haverify.model.unit import ONE
 from haverify.obligations.formula import Formula, Junction, Literal
+from haverify.obligations.functions import Functions
 
 _MIRRORED = {"<": ">", "<=": ">=", "==": "==", "!=": "!="}
 
 
-def written(f: Formula, automaton: HybridAutomaton) -> str:
-    """A condition in the automaton's variables; a variable with a unit is divided by 1 of it."""
-    names = {v.name: _plain(v.name, v.unit) for v in automaton.vars}
-    names |= {p.name: _plain(p.name, p.unit) for p in automaton.params}
+def written(
+    f: Formula, automaton: HybridAutomaton, params: Iterable[Param] = (), functions: Functions | None = None
+) -> str:
+    """A condition in the automaton's variables and `params`; what has a unit is divided by 1 of it."""
+    names = {p.name: _plain(p.name, p.unit) for p in (*params, *automaton.params)}
+    names |= {v.name: _plain(v.name, v.unit) for v in automaton.vars}
+    for name, (op, a) in sorted((functions.known if functions is not None else {}).items(), key=lambda k: len(k[0])):
+        terms = sorted(a.terms.items(), key=lambda t: (-sum(e for _, e in t[0]), t[0]))
+        names[name] = f"{op}({_sum(terms, names)})"
     return _text(f, names)
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from haverify.report.figures import flows, lanes, panels, runs
+from haverify.report.figures import flows, lanes, panels, portraits, runs
 from haverify.report.figures.bands import MOST
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
@@ -25,6 +25,8 @@ def of_claim(material: Material, c: Claim) -> list[Figure]:
         return drawn(lanes.of_run, c)
     if claim is None or automaton is None:
         return []
+    if material.flowpipes.get(c.name, {}).get("kind") == "portrait":
+        return drawn(portraits.of_leaving, material.flowpipes[c.name], c)
     if c.name in material.flowpipes:
         return drawn(flows.of_claim, material, automaton, claim, c)
     found = drawn(_bounded, material, automaton, claim, c)

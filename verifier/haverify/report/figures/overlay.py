@@ -12,6 +12,8 @@ Place = Callable[[Point], Point]
 
 WIDTH, HEIGHT, LEFT, GAP, TOP, FOOT = 380.0, 170.0, 46.0, 46.0, 24.0, 42.0
 
+_FEW = 300  # samples that are drawn as dots one can tell apart
+
 
 @record
 class Series:
@@ -90,7 +92,8 @@ def _band(band: tuple[str, float, float], k: int, at: Place, top: float) -> str:
 
 def _series(s: Series, at: Place) -> list[str]:
     if s.is_dotted:
-        return [svg.circle(at(p), 2, f"f{s.kind % 10}") for p in s.points]
+        radius = 2.0 if len(s.points) <= _FEW else 0.8
+        return [svg.circle(at(p), radius, f"f{s.kind % 10}") for p in s.points]
     return [svg.polyline([at(p) for p in s.points], f"term t{s.kind % 10}")]
 
 

@@ -9,6 +9,7 @@ from haverify.report.markup import clipped, escape
 
 Point = tuple[float, float]
 Scale = Callable[[float], float]
+Placing = Callable[[float, float], Point]
 
 _LIMIT = 1e6
 

@@ -1,0 +1,170 @@
+"""Files other than OpenSim's: separated values, markers, landmarks; what is written is read again."""
+
+from fractions import Fraction as Q
+from pathlib import Path
+
+import pytest
+from tests.walks import WALKS, codes, files, made, walk_of
+
+from haverify.recordings.labels import joint_of
+from haverify.recordings.read import read
+from haverify.recordings.recording import JOINTS
+from haverify.recordings.write import motion, separated
+from haverify.run.recordings import recorded
+from haverify.text.source import Source
+
+ROW = "0.0,20,-10,-5,-60,1,2\n0.5,-10,20,-60,-5,2,1\n"
+LABELS = "time_s,hip_r_deg,hip_l_deg,knee_r_deg,knee_l_deg,ankle_r_deg,ankle_l_deg\n"
+
+
+@pytest.mark.parametrize(
+    "write", [lambda r: ("a.mot", motion("a", r.times, r.angles)), lambda r: ("a.csv", separated(r.times, r.angles))]
+)
+def test_what_is_written_is_read_again(write) -> None:  # type: ignore[no-untyped-def]
+    r = made(1.2)
+    name, text = write(r)
+    again = read(Source.of_text(name, text))
+    assert again.found == ()
+    assert again.recording is not None
+    assert again.recording.times == r.times
+    assert again.recording.angles == r.angles
+
+
+def test_separated_values_state_their_unit_in_the_labels() -> None:
+    r = read(Source.of_text("a.csv", "# a remark\n" + LABELS + ROW)).recording
+    assert r is not None
+    assert r.angles["rk"] == (Q(-5), Q(-60))
+
+
+def test_a_percentage_is_a_cycle_of_one_second() -> None:
+    text = LABELS.replace("time_s", "percent") + ROW.replace("0.5,", "50,")
+    r = read(Source.of_text("a.csv", text)).recording
+    assert r is not None
+    assert r.times == (0, Q(1, 2))
+
+
+def test_milliseconds_and_semicolons() -> None:
+    text = (LABELS.replace("time_s", "Time [ms]") + ROW.replace("0.5,", "500,")).replace(",", ";")
+    r = read(Source.of_text("a.csv", text)).recording
+    assert r is not None
+    assert r.times == (0, Q(1, 2))
+
+
+def test_a_file_without_time_is_no_recording() -> None:
+    found = read(Source.of_text("a.csv", LABELS.replace("time_s", "frame") + ROW))
+    assert codes(found.found) == ["HA224"]
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "hip_flexion_r",
+        "RHipAngle",
+        "right hip [deg]",
+        "hip_r_deg",
+        "rHip",
+        "rh",
+        "rh [deg]",
+        "/jointset/hip_r/hip_flexion_r/value",
+    ],
+)
+def test_names_of_the_right_hip(label: str) -> None:
+    assert joint_of(label) == "rh"
+
+
+@pytest.mark.parametrize(
+    "label", ["hip_adduction_r", "hip_rotation_r", "knee_moment_r", "hip", "/jointset/hip_r/hip_flexion_r/speed"]
+)
+def test_names_of_something_else(label: str) -> None:
+    assert joint_of(label) is None
+
+
+def test_markers_become_joint_angles() -> None:
+    read = files("bmc_walk1.trc")
+    assert codes(read.found) == ["HA225"]  # the file's sideways axis is mirrored
+    r = read.recordings[0]
+    knee = [v for v in r.angles["rk"] if v is not None]
+    assert -75 < min(knee) < -50
+    assert max(knee) < 10
+    assert len(r.times) == 364
+
+
+def test_a_marker_at_the_origin_is_missing() -> None:
+    text = (WALKS / "bmc_walk1.trc").read_text(encoding="utf-8").split("\n")
+    for k in range(6, 106):
+        cells = text[k].split("\t")
+        cells[2 + 3 * 3 : 5 + 3 * 3] = ["0", "0", "0"]
+        text[k] = "\t".join(cells)
+    found = read(Source.of_text("a.trc", "\n".join(text)))
+    assert "HA222" in codes(found.found)
+    assert found.recording is not None
+    assert len(found.recording.times) == 264
+
+
+def test_a_reversed_walking_direction_changes_no_angle() -> None:
+    text = (WALKS / "bmc_walk1.trc").read_text(encoding="utf-8").split("\n")
+    for k in range(6, len(text) - 1):
+        cells = text[k].split("\t")
+        for i in range(2, len(cells), 3):
+            cells[i], cells[i + 2] = f"{-float(cells[i]):.1f}", f"{-float(cells[i + 2]):.1f}"
+        text[k] = "\t".join(cells)
+    turned = read(Source.of_text("a.trc", "\n".join(text))).recording
+    straight = walk_of("bmc_walk1.trc")
+    assert turned is not None
+    apart = [
+        abs(a - b)
+        for j in JOINTS
+        for a, b in zip(turned.angles[j], straight.angles[j], strict=True)
+        if a is not None and b is not None
+    ]
+    assert max(apart) < Q(1, 1000)
+
+
+def test_walking_backward_is_told() -> None:
+    text = (WALKS / "bmc_walk1.trc").read_text(encoding="utf-8").split("\n")
+    rows = [x.split("\t", 2) for x in text[6:-1]]
+    back = ["\t".join([a[0], a[1], b[2]]) for a, b in zip(rows, reversed(rows), strict=True)]
+    found = read(Source.of_text("a.trc", "\n".join([*text[:6], *back]) + "\n"))
+    assert "HA223" in codes(found.found)
+
+
+def test_missing_markers_are_named() -> None:
+    text = (WALKS / "bmc_walk1.trc").read_text(encoding="utf-8").replace("R.Heel", "R.Hat")
+    found = read(Source.of_text("a.trc", text))
+    assert found.recording is None
+    assert any("right heel" in d.message for d in found.found)
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"fps": 0, "angle_frames": []}', "[" * 2000])
+def test_files_that_hold_no_landmarks(text: str) -> None:
+    assert codes(read(Source.of_text("a.json", text)).found) == ["HA210"]
+
+
+def test_c3d_files_hold_the_same_markers(tmp_path: Path) -> None:
+    ezc3d = pytest.importorskip("ezc3d")
+    import numpy as np
+
+    rows = (WALKS / "bmc_walk1.trc").read_text(encoding="utf-8").split("\n")
+    names = rows[3].rstrip().split("\t")[2::3]
+    cells = np.array([[float(x) for x in row.split("\t")[2:]] for row in rows[6:-1]]).reshape(-1, len(names), 3)
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [150]
+    file["parameters"]["POINT"]["LABELS"]["value"] = tuple(names)
+    file["parameters"]["POINT"]["UNITS"]["value"] = ("mm",)
+    points = np.ones((4, len(names), len(cells)))
+    points[:3] = cells.transpose(2, 1, 0)
+    file["data"]["points"] = points
+    path = tmp_path / "walk.c3d"
+    file.write(str(path))
+    (r,) = recorded([str(path)]).recordings
+    apart = [
+        abs(a - b)
+        for a, b in zip(r.angles["lk"], walk_of("bmc_walk1.trc").angles["lk"], strict=True)
+        if a is not None and b is not None
+    ]
+    assert max(apart) < Q(1, 100)
+
+
+def test_a_missing_and_an_unknown_file(tmp_path: Path) -> None:
+    read = recorded([str(tmp_path / "no.mot"), "walk.xls"])
+    assert codes(read.found) == ["HA006", "HA210"]

@@ -1,0 +1,119 @@
+"""`haverify compare`: recordings and automata beside each other, in one table and one figure."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from haverify.cli.output import put, wants_colour
+from haverify.diagnostics.codes import is_error, is_meaningless
+from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.diagnostics.order import settle
+from haverify.diagnostics.render import render_all
+from haverify.errors import UsageError
+from haverify.fitting.compared import Cycled, cycled, distances, shifted, table
+from haverify.fitting.walk import Options, walk
+from haverify.recordings.phases import PHASES
+from haverify.recordings.recording import JOINTS, Forces, told
+from haverify.report.exit_codes import OK, UNREADABLE
+from haverify.report.figures.overlay import Pane, Series, overlay
+from haverify.report.figures.svg import Point
+from haverify.report.html.style import standalone
+from haverify.run.recordings import recorded
+from haverify.text.source import Source
+
+
+def run(called: argparse.Namespace) -> int:
+    """Print how far each further walk is from the first; exit code 2 where one cannot be read."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for one another
+    found: list[Diagnostic] = []
+    sources: dict[str, Source] = {}
+    forces = _forces(called.files)
+    walks = [w for f in called.files if (w := _walk(f, called, forces, found, sources)) is not None]
+    sys.stderr.write(render_all(found, sources, wants_colour()))
+    if any(is_error(d) for d in found):
+        return UNREADABLE
+    if len(walks) < 2:
+        raise UsageError("two walks are needed to compare: recordings, or specs with outputs lh, rh, lk, rk, la, ra")
+    first, shown = walks[0], [walks[0]]
+    for other in walks[1:]:
+        moved, shift = shifted(first, other)
+        shown.append(moved)
+        put(table(first, other, shift, distances(first, moved)) + "\n")
+    if called.plot:
+        _write(Path(called.plot), _figure(shown))
+    return OK
+
+
+def _forces(files: list[str]) -> tuple[Forces, ...]:
+    return recorded(f for f in files if f.lower().endswith((".mot", ".sto"))).forces
+
+
+def _walk(
+    file: str,
+    called: argparse.Namespace,
+    forces: tuple[Forces, ...],
+    found: list[Diagnostic],
+    sources: dict[str, Source],
+) -> Cycled | None:
+    """The walk in a file; None of ground forces, and where findings say why."""
+    if file.endswith(".ha"):
+        return _automaton(file, called, found, sources)
+    read = recorded([file], called.angles or "")
+    found += read.found
+    sources |= read.sources
+    if not read.recordings:
+        return None
+    made, more = walk(read.recordings, forces, Options((called.leg or "")[:1]))
+    found += more
+    if made is None:
+        return None
+    shares = [float(t / made.knots.period) for t in made.knots.at[1:-1]]
+    return cycled(made.recordings[0].name, made.cycles, shares)
+
+
+def _automaton(
+    file: str, called: argparse.Namespace, found: list[Diagnostic], sources: dict[str, Source]
+) -> Cycled | None:
+    """One cycle of the first automaton of a spec that has the six joints as outputs."""
+    from haverify.run.cycle import cycle
+    from haverify.run.examine import read
+
+    spec, texts, more = read(file)
+    errors = settle(d for d in more if is_meaningless(d))
+    found += errors
+    sources |= texts
+    if spec is None or errors:
+        return None
+    angles, shares, seconds = cycle(file, spec, called.automaton)
+    return Cycled(Path(file).stem, angles, {}, shares, seconds)
+
+
+def _figure(walks: list[Cycled]) -> str:
+    """A pane for each joint, the phases of the first walk behind the curves."""
+    ends = [0.0, *(100 * s for s in walks[0].shares), 100.0]
+    names = PHASES if len(ends) == len(PHASES) + 1 else [str(k + 1) for k in range(len(ends) - 1)]
+    bands = [(n, a, b) for n, a, b in zip(names, ends, ends[1:], strict=False)]
+    panes = []
+    for j in JOINTS:
+        series = [Series(tuple(enumerate(w.angles[j].tolist())), k) for k, w in enumerate(walks)]
+        panes.append(Pane(f"{told(j)} [deg]", tuple(series), _edge(walks[0], j, -2), _edge(walks[0], j, 2)))
+    title = " and ".join(w.name for w in walks)
+    return standalone(overlay(panes, [w.name for w in walks], bands, "share of the cycle [%]", title))
+
+
+def _edge(w: Cycled, joint: str, deviations: int) -> tuple[Point, ...]:
+    """The curve some standard deviations up, where they are known."""
+    if joint not in w.sd:
+        return ()
+    return tuple(enumerate((w.angles[joint] + deviations * w.sd[joint]).tolist()))
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    except OSError as e:
+        raise UsageError(f"{file}: cannot be written: {e.strerror}") from e
