@@ -47,7 +47,7 @@ def describe(folder: str, open_file: Open) -> tuple[Description | None, dict[str
         return None, sources, entries.found
     sole = Sole(_pair(v["sole"]["x"]), _pair(v["sole"]["y"]), Q(v["sole"]["z"]))
     limits = v.get("limits", {})
-    because = v.get("sources", {}).get(limits.get("source", ""), "")
+    because = v.get("sources", {}).get(str(limits.get("source", "")), "")
     default = str(PurePosixPath(folder) / v["map"]) if "map" in v else None
     described = Description(
         robot,
