@@ -157,7 +157,7 @@ def _stand(e: Engine, foot: int, ground: Any, q: Floats, v: Floats, a: Floats) -
     """Place and move the base, in `q`, `v` and `a`, so that a foot rests on the ground.
 
     With the base at rest the foot would move by (v_f, a_f) in its own axes; the base has to move the other way, which
-    in the base's axes is their image under the foot's placement. No further term arises: the foot's whole speed is zero.
+    in the base's axes is their image under the foot's placement. No term is missing: the foot's whole speed is zero.
     """
     e.pin.forwardKinematics(e.model, e.data, q, v, a)
     placed = e.data.oMi[foot]
