@@ -18,8 +18,8 @@ _PLANES = {
 def joint_of(label: str) -> str | None:
     """The joint (`lh` ... `ra`) whose sagittal angle a label names, None where it names something else.
 
-    State paths count by their coordinate: `/jointset/hip_r/hip_flexion_r/value`. Speeds do not count. The names of joints
-    in specs of haverify count, too.
+    State paths count by their coordinate: `/jointset/hip_r/hip_flexion_r/value`. Speeds do not count. The names that
+    joints have in specs count, too.
 
     >>> [joint_of(x) for x in ("hip_flexion_r", "/jointset/knee_l/knee_angle_l/value", "hip_adduction_r", "LAnkle")]
     ['rh', 'lk', None, 'la']

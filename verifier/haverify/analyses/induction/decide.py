@@ -40,6 +40,7 @@ Json = Any
 METHOD = "induction"
 FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
+MODES_SECONDS = 15.0  # where there are several modes or edges
 
 
 @holder
@@ -160,7 +161,10 @@ def _quickly(induction: Induction) -> Shown:
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
     if not induction.claim.inductive and applies(induction):
-        return _invented(induction, seconds) or before
+        share = MODES_SECONDS / SECONDS if induction.automaton.edges else 1.0
+        found = _invented(induction, seconds * share)
+        if found is not None or not induction.automaton.edges:
+            return found or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 
@@ -177,7 +181,7 @@ def _invented(induction: Induction, seconds: float) -> Shown | None:
     found = invent(induction, seconds)
     if found is None:
         return None
-    shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
+    shown = attempt(induction, found.formulas, Effort(is_deep=True), found.flows)
     return shown if shown.is_proved() else None
 
 
@@ -190,7 +194,8 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
         elif flows is not None and ob.mode in flows:
             proof = flows[ob.mode]
         else:
-            proof = Keeper(induction.field(ob.mode), effort, induction.functions, []).flow(ob.premises, ob.kept)
+            keeper = Keeper(induction.field(ob.mode), effort, induction.functions, [], induction.has_inputs)
+            proof = keeper.flow(ob.premises, ob.kept)
         parts.append((ob, proof))
     return Shown(induction, formulas, parts)
 
