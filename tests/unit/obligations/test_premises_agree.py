@@ -43,7 +43,7 @@ automaton A {
     flow { x' = y / k + log(y + 9) * u; y' = (-x + cos(x - 1)) / (1 + y^2) }
     edge up: -> Rest when max(x, y) >= 1 and g < 3 do { g := g + 1; y in [-k, x^2] }
     urgent edge over: -> Go when x > 2 and abs(y) != 1 do x := x * k - 1
-    edge over: -> Go when sin(1 - x) > u do x := u * k
+    edge over: -> Go when sin(1 - x) > u and min(x, y) < x do x := u * k
   }
   mode Rest { terminal; domain clamp(x, 0, 1) <= y; flow { x' = 0; y' = exp(-y) } }
 }
