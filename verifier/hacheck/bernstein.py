@@ -9,7 +9,7 @@ from typing import Any
 
 from hacheck import sturm
 from hacheck.formula import Formula, disj, literal, placed, replace, sign_fits, true, variables
-from hacheck.polynomial import ZERO, Env, Poly, add, by_power, const, constant, names, scale
+from hacheck.polynomial import ZERO, Env, Poly, by_power, const, names, total
 from hacheck.rational import Beyond, Interval, Refused, number, spend
 
 Box = dict[str, Interval]
@@ -27,6 +27,10 @@ def meet(a: Interval, b: Interval) -> Interval:
 def point(i: Interval) -> Fraction | None:
     """The only number in an interval."""
     return i[0] if i[0] == i[1] else None
+
+
+def _is_bounded(i: Interval) -> bool:
+    return i[0] is not None and i[1] is not None
 
 
 @lru_cache(maxsize=2048)
@@ -70,7 +74,7 @@ def _range(p: Poly, box: Box) -> tuple[Fraction | int | None, Fraction | int | N
     only such sums are understood.
     """
     found = names(p)
-    if any(None in box.get(v, FREE) for v in found) or (len(found) > 1 and max(map(len, p.terms)) == 1):
+    if not all(_is_bounded(box.get(v, FREE)) for v in found) or (len(found) > 1 and max(map(len, p.terms)) == 1):
         ends = [(c, (FINITE if not m else box.get(m[0], FREE) if len(m) == 1 else FREE)) for m, c in p.terms.items()]
         lows, highs = [(c, i[c < 0]) for c, i in ends], [(c, i[c > 0]) for c, i in ends]
         return _sum(lows), _sum(highs), p.unit
@@ -166,14 +170,17 @@ def _cut_literal(op: str, p: Poly, box: Box) -> Box | None:
     return box
 
 
-def _solved(p: Poly, v: str, box: Box) -> tuple[Fraction | int, Fraction | None, Fraction | None]:
+def _solved(p: Poly, v: str, box: Box) -> tuple[int, Fraction | None, Fraction | None]:
     """a, and bounds of `-r / a`, if p is a positive multiple of `a v + r` with a number a and r without v; else 0."""
-    if p.terms.keys() <= {(v,), ()}:
-        end = Fraction(-p.terms.get((), 0), p.terms[v,])
-        return p.terms[v,], end, end
-    parts = by_power(p, v)
-    a = constant(parts.get(1, ZERO))
-    return (a, *bounds(scale(parts.get(0, ZERO), -1 / a), box)) if a and parts.keys() <= {0, 1} else (0, None, None)
+    if [m for m in p.terms if v in m] != [(v,)]:
+        return 0, None, None
+    a = p.terms[v,]
+    if len(p.terms) - (() in p.terms) == 1:
+        end = Fraction(-p.terms.get((), 0), a)
+        return a, end, end
+    rest = Poly({m: c for m, c in p.terms.items() if m != (v,)}, 1, p.bits)
+    least, most = (None if x is None else x / -a for x in bounds(rest, box))
+    return (a, most, least) if a > 0 else (a, least, most)
 
 
 def narrowed(f: Formula, box: Box) -> Box | None:
@@ -219,8 +226,8 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
         if parts.keys() <= {0, 1} and op in ("<", "<="):
             ends = [(sign, x) for sign, x in ((">=", box[v][1]), ("<=", box[v][0])) if x is not None]
             for sure in (certain, lambda sign, q, box: shown(literal(sign, q), box)):
-                for end in (x for sign, x in ends if sure(sign, parts[1], box)):
-                    return literal(op, add(scale(parts[1], end), parts.get(0, ZERO)))
+                for end in (x for sign, x in ends if sure(sign, parts[1], box)):  # a positive multiple will do
+                    return literal(op, total(((end.numerator, parts[1]), (end.denominator, parts.get(0, ZERO)))))
         return False
 
     return replace(f, worst)

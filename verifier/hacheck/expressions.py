@@ -49,12 +49,10 @@ def nodes(value: Json) -> Iterator[list[Json]]:
     stack = [value]
     while stack:
         item = stack.pop()
-        if isinstance(item, list):
-            if item and isinstance(item[0], str):
-                yield item
-            stack.extend(reversed(item))
-        elif isinstance(item, dict):
-            stack.extend(item.values())
+        if type(item) is list and item and type(item[0]) is str:
+            yield item
+        inside = item[::-1] if type(item) is list else item.values() if type(item) is dict else ()
+        stack += [x for x in inside if type(x) is list or type(x) is dict]
 
 
 def well_formed(value: Json, events: bool) -> None:
@@ -143,6 +141,8 @@ class Instant:
             return self._lets[key]
         if op == "time" and self.mode is not None:
             return [(False, var("time"), ONE) if scope.rho is None else (False, var("@sigma"), scope.rho)]
+        if op == "input":
+            return [(False, scope.input(str(args[0])), ONE)]
         if op in ("pi", "sym"):
             return [(False, var("pi") if op == "pi" else const(scope.ordinal(*args)), ONE)]
         known = self.env if op == "var" or (op == "param" and args[0] in self.env) else scope.params
@@ -179,7 +179,7 @@ class Instant:
             return _few(c for no, n, d in self.value(args[0]) for c in self._greater((no, n, d), (no, scale(n, -1), d)))
         if op == "clamp":
             return self.value(["min", ["max", args[0], args[1]], args[2]])
-        if op in ("sin", "cos", "exp"):
+        if op in ("sin", "cos", "exp", "log", "sqrt"):
             return [(False, self.scope.function(op, self.poly(args[0])), ONE)]
         if op not in ("min", "max"):
             raise Beyond(f"`{op!s:.20}` is outside the checker's fragment")

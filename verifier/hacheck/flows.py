@@ -7,7 +7,7 @@ from typing import Any
 
 from hacheck.formula import Formula, conj, disj, literal, literals, members, negated, replace
 from hacheck.polynomial import ZERO, Poly, add, by_power, const, constant, mul, total
-from hacheck.positivity import Premises, formula, polynomial, primitive, refute
+from hacheck.positivity import Premises, formula, on_box, polynomial, primitive, refute
 from hacheck.rational import Beyond, Refused, number
 
 Json = Any
@@ -17,8 +17,9 @@ MAX_RANK = 12
 class Flow:
     """One mode: what is known at all times there, and the rates of its variables."""
 
-    def __init__(self, always: Premises, rates: dict[str, Poly], names: set[str]) -> None:
-        self.always, self.rates, self.names = always, rates, names
+    def __init__(self, always: Premises, rates: dict[str, Poly], names: set[str], has_inputs: bool = False) -> None:
+        self.always, self.rates, self.names, self.has_inputs = always, rates, names, has_inputs
+        self._seen = set[Any]()
 
     def given(self, value: Json) -> Formula:
         """A formula of a certificate about the state, its literals primitive."""
@@ -57,8 +58,21 @@ class Flow:
         _RULES[keep["rule"]](self, known, f, keep)
 
     def slope(self, p: Poly) -> Poly:
-        """The derivative along the flow."""
+        """The derivative along the flow, which is there where no function is at the end of where it is defined."""
+        self._defined(p, "<=")
+        for rate in self.rates.values():
+            self._defined(rate, "<")
         return self.always.functions.derivative(p, self.rates)
+
+    def _defined(self, p: Poly, wrong: str) -> None:
+        """Refuse unless arguments are above 0 throughout (roots, with `<`: not below 0; inverses: not 0)."""
+        for op, a in self.always.functions.partial(p):
+            key = op, _hashable(a), wrong
+            if key not in self._seen:
+                ops = ["<=", ">="] if op == "inv" else [wrong if op == "sqrt" else "<="]
+                if not any(on_box(self.always.with_(literal(o, a))) for o in ops):
+                    raise Refused(f"a flow where `{op}` is not defined everywhere")
+                self._seen.add(key)
 
     def _ideal(self, known: Premises, value: Json) -> Poly:
         """A combination of equations that hold at all times."""
@@ -107,6 +121,7 @@ class Flow:
         if not read & self.rates.keys() <= still or len(keep["proofs"]) != len(rates):
             raise Refused("what is said to be at rest is moved by something else")
         for p, proof in zip(rates, keep["proofs"], strict=True):
+            self.slope(p)  # is there
             refute(proof, known.with_(f, literal("!=", p)))
 
     def _placed(self, g: Formula) -> str:
@@ -121,6 +136,8 @@ class Flow:
 
     def lie(self, known: Premises, f: Formula, keep: Json) -> None:
         """What holds now holds for a while, and what held for a while holds now, as derivatives tell."""
+        if self.has_inputs:  # which need have no derivative
+            raise Refused("derivatives of inputs")
         ordered = list(dict.fromkeys(_hashable(p) for _, p in literals(f)))
         if len(ordered) != len(keep["ranks"]):
             raise Refused("a rank is missing")

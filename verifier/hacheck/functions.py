@@ -4,14 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from math import ceil, factorial, floor
+from math import ceil, factorial, floor, isqrt
 
 from hacheck.bernstein import FREE, Box, bounds, meet
-from hacheck.polynomial import ONE, ZERO, Env, Poly, mul, names, power, scale, substitute, total, var
+from hacheck.elementary import logarithm
+from hacheck.polynomial import (
+    ONE,
+    ZERO,
+    Env,
+    Poly,
+    add,
+    const,
+    constant,
+    mul,
+    names,
+    power,
+    scale,
+    substitute,
+    total,
+    var,
+)
 from hacheck.polynomial import derivative as partial
 from hacheck.rational import PI, Interval, Refused, spend
 
-KNOWN = ("sin", "cos", "exp")
+SERIES = ("sin", "cos", "exp")
+PARTIAL = ("log", "sqrt", "inv")  # where the argument is not above 0 (inv: is 0) nothing is known of them
 TERMS = 12
 _GRID = 1 << 64
 
@@ -24,13 +41,16 @@ class Functions:
 
     def apply(self, op: str, a: Poly) -> Poly:
         """`op(a)` as a polynomial in names; odd and even functions of `-a` are those of `a`."""
-        if not a.terms:
-            return ZERO if op == "sin" else ONE
-        sign = -1 if op != "exp" and a.terms[min(a.terms)] < 0 else 1
+        if not a.terms and op not in ("log", "inv"):
+            return ZERO if op in ("sin", "sqrt") else ONE
+        exact = _exactly(op, constant(a))
+        if exact is not None:
+            return const(exact)
+        sign = -1 if op in ("sin", "cos") and a.terms[min(a.terms)] < 0 else 1
         b = scale(a, sign)
         text = "+".join("*".join([str(Fraction(b.terms[m], b.unit)), *m]) for m in sorted(b.terms))
         spend(len(text))
-        for each in ("exp",) if op == "exp" else ("sin", "cos"):
+        for each in ("sin", "cos") if op in ("sin", "cos") else (op,):
             self.known[f"{each}({text})"] = (each, b)
         return scale(var(f"{op}({text})"), sign if op == "sin" else 1)
 
@@ -56,8 +76,31 @@ class Functions:
         if name not in self.known:
             return rates.get(name, ZERO)
         op, a = self.known[name]
+        inner = self.derivative(a, rates)
+        if op == "sqrt":
+            return mul(scale(self.apply("inv", var(name)), Fraction(1, 2)), inner)
+        if op in ("log", "inv"):
+            inverse = self.apply("inv", a)
+            return mul(inverse if op == "log" else scale(power(inverse, 2), -1), inner)
         outer = {"sin": ("cos", 1), "cos": ("sin", -1), "exp": ("exp", 1)}[op]
-        return mul(scale(self.apply(outer[0], a), outer[1]), self.derivative(a, rates))
+        return mul(scale(self.apply(outer[0], a), outer[1]), inner)
+
+    def partial(self, p: Poly) -> Iterator[tuple[str, Poly]]:
+        """Functions in a polynomial that are not defined everywhere, with their arguments; also inside of others."""
+        for op, a in (self.known[n] for n in sorted(names(p)) if n in self.known):
+            yield from self.partial(a)
+            if op in PARTIAL:
+                yield op, a
+
+    def meaning(self, name: str) -> tuple[tuple[str, Poly], list[tuple[str, Poly]]]:
+        """Where a root, a logarithm or an inverse is not defined, and literals that hold where it is."""
+        op, a = self._of(name, PARTIAL)
+        value = var(name)
+        if op == "inv":
+            return ("==", a), [("==", add(mul(value, a), ONE, -1))]
+        if op == "log":
+            return ("<=", a), [("<=", total(((1, value), (-1, a), (1, ONE))))]
+        return ("<", a), [("==", add(power(value, 2), a, -1)), (">=", value)]
 
     def circle(self, name: str) -> Poly:
         """`sin^2 + cos^2 - 1` of the argument of a `sin` or `cos`."""
@@ -75,7 +118,7 @@ class Functions:
         `cos a <= 1`, integrated twice and again, bounds `cos a` by `S_n` from above and below in turn, and likewise
         `a sin a` by `a S_n`; with an even number of terms `exp a - S_n` is `exp(t) a^n / n!` for some t.
         """
-        op, a = self._of(name, KNOWN)
+        op, a = self._of(name, SERIES)
         if type(n) is not int or not 1 <= n <= TERMS or (op == "exp" and n % 2):
             raise Refused("a series has a number of terms that bounds nothing")
         if op == "exp":
@@ -105,10 +148,22 @@ class Functions:
         return out
 
 
+def _exactly(op: str, q: Fraction | None) -> Fraction | None:
+    """A root, a logarithm or an inverse of a number, where that is a rational seen at once."""
+    if q is None or q <= 0:
+        return None
+    if op == "sqrt":
+        root = Fraction(isqrt(q.numerator), isqrt(q.denominator))
+        return root if root * root == q else None
+    return 1 / q if op == "inv" else Fraction(0) if op == "log" and q == 1 else None
+
+
 def image(op: str, i: Interval) -> Interval:
     """An enclosure of a function on an interval."""
     spend(2000)
     low, high = i
+    if op in PARTIAL:
+        return _partial(op, low, high)
     if op == "exp":
         return exponential(low)[0] if low is not None else Fraction(0), None if high is None else exponential(high)[1]
     if low is None or high is None or max(-low, high) > 16:
@@ -121,6 +176,29 @@ def image(op: str, i: Interval) -> Interval:
         if around[0] <= high and around[1] >= low:
             least, most = (least, Fraction(1)) if k % 2 == 0 else (Fraction(-1), most)
     return max(least, Fraction(-1)), min(most, Fraction(1))
+
+
+def _partial(op: str, low: Fraction | None, high: Fraction | None) -> Interval:
+    """The same for roots, logarithms and inverses, which may be anything where they are not defined."""
+    if op == "inv" and high is not None and high < 0:
+        least, most = _partial(op, -high, None if low is None else -low)
+        return None if most is None else -most, None if least is None else -least
+    if low is None or low < 0 or (low == 0 and op != "sqrt"):
+        return FREE
+    if op == "inv":
+        return Fraction(0) if high is None else 1 / high, 1 / low
+    if op == "sqrt":
+        most = None if high is None else Fraction(isqrt(ceil(high * _GRID**2)) + 1, _GRID)
+        return Fraction(isqrt(floor(low * _GRID**2)), _GRID), most
+    return _logarithm(floor(low * _GRID))[0], None if high is None else _logarithm(ceil(high * _GRID))[1]
+
+
+def _logarithm(x: int) -> Interval:
+    """Bounds of `log(x / GRID)`."""
+    if not 0 < x < _GRID**2:
+        return FREE
+    y, error = logarithm(x, 64)
+    return Fraction(y - error, _GRID), Fraction(y + error, _GRID)
 
 
 def cosine(x: Fraction, is_sine: bool) -> tuple[Fraction, Fraction]:

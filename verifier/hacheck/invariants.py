@@ -12,8 +12,8 @@ from hacheck.flows import Flow
 from hacheck.formula import Formula, conj, disj, literal, negated, replace, variables
 from hacheck.functions import Functions
 from hacheck.obligations import canonical_hash, mentioned
-from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, constant, mul, scale, var
-from hacheck.positivity import Premises, on_box, refute
+from hacheck.polynomial import ONE, ZERO, Env, Poly, add, const, constant, mul, names, scale, var
+from hacheck.positivity import Premises, on_box, polynomial, refute
 from hacheck.rational import Beyond, Refused, number
 from hacheck.scope import Scope
 
@@ -29,11 +29,20 @@ class FlowScope(Scope):
     def __init__(self, core: Any, automaton: Json) -> None:
         self.functions = Functions()
         super().__init__(core, automaton, False)
-        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges)):
+        self.inputs: dict[str, Json] = {i["name"]: i for i in [*core.data["inputs"], *automaton["inputs"]]}
+        bad = any("'" in n or n in {*self.types, *self.ranges, "pi", "time"} for n in self.inputs)
+        if bad or any(i["type"] != "real" or i["low"] is None or i["high"] is None for i in self.inputs.values()):
+            raise Beyond("an input without two bounds, or with a name that means something else")
+        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges, *self.inputs)):
             raise Beyond("a name that could be that of a function, or a part of one")
 
     def function(self, op: str, a: Poly) -> Poly:
         return self.functions.apply(op, a)
+
+    def input(self, name: str) -> Poly:
+        if name not in self.inputs:
+            raise Refused("there is no such input")
+        return var(name)
 
     @property
     def rho(self) -> None:
@@ -50,7 +59,7 @@ class FlowScope(Scope):
         flow, at = self.modes[mode]["flow"], self.identity(mode)
         if not all("rate" in line for line in flow):
             raise Beyond("flows that are inclusions")
-        found = {line["var"]: self._quotient(at.value(line["rate"])) for line in flow}
+        found = {line["var"]: self._quotient(at.value(line["rate"]), mode) for line in flow}
         if len(found) != len(flow) or found.keys() != {v for v, kind in self.types.items() if kind == "real"}:
             raise Refused("a mode does not give each real variable one rate")
         divisors = list({_key(d): d for _, d in found.values() if d != ONE}.values())
@@ -58,7 +67,7 @@ class FlowScope(Scope):
         clock = _product(divisors)
         return {v: mul(n, whole.get(_key(d), clock)) for v, (n, d) in found.items()} | {"time": clock}
 
-    def _quotient(self, cases: list[Case]) -> tuple[Poly, Poly]:
+    def _quotient(self, cases: list[Case], mode: str) -> tuple[Poly, Poly]:
         """The one value of a rate, its divisor above 0."""
         (no, n, d), *others = cases
         if others or no is not False:
@@ -67,14 +76,18 @@ class FlowScope(Scope):
         if q:
             return scale(n, 1 / q), ONE
         for sign in (1, -1):
-            if self._is_positive(scale(d, sign)):
+            if self._is_positive(scale(d, sign), mode):
                 return scale(n, sign), scale(d, sign)
         raise Beyond("a rate with a divisor that may be 0")
 
-    def _is_positive(self, p: Poly) -> bool:
-        """Is it above 0, by the ranges of params, or as a positive number plus even powers?"""
-        even = all(c > 0 and all(m.count(n) % 2 == 0 for n in m) for m, c in p.terms.items())
-        return bernstein.certain(">", p, self.box) or (even and () in p.terms)
+    def _is_positive(self, p: Poly, mode: str) -> bool:
+        """Is it above 0, as a positive number plus even powers, or in the domain, by the ranges of params?"""
+        if all(c > 0 and all(m.count(n) % 2 == 0 for n in m) for m, c in p.terms.items()) and () in p.terms:
+            return True
+        inside = self.identity(mode).condition(self.modes[mode]["domain"], closed=True)
+        ends = [literal(op, add(var(n), const(q), -1)) for n, i in self.box.items()
+                for op, q in zip((">=", "<="), i, strict=True) if q is not None]  # fmt: skip
+        return on_box(Premises(self.functions, [inside, *ends, literal("<=", p)]))
 
 
 def _key(p: Poly) -> object:
@@ -106,6 +119,10 @@ class Induction:
         conditions = [g["condition"] for g in self.used]
         if any(n[0] in EVENTS for n in nodes([self.goal, *question.assume, *conditions])):
             raise Beyond("an invariant about what just happened")
+        said = [self.goal, *question.assume, *conditions, self.a["lets"], self.a["init"]]
+        said += [part for m in self.a["modes"] for part in (m["domain"], m["lets"])]
+        if any(n[0] == "input" for n in nodes(said)):  # what is known of states must not depend on them
+            raise Beyond("an input elsewhere than in flows, guards and resets")
         for m in self.scope.modes:  # the functions that formulas may read are met
             _ = [*self.common(self.scope.identity(m)), self.scope.identity(m).formula(self.goal), self.scope.field(m)]
         self.formulas = {m: self._formula(m, modes) for m in self.scope.modes}
@@ -146,6 +163,9 @@ class Induction:
         yield from (at.formula(g["condition"]) for g in self.used)
         yield from self.types(at)
         yield from self.param_ranges({})
+        for name, i in self.scope.inputs.items():
+            yield from (literal(op, add(var(name), self.scope.base.poly(i[end]), -1))
+                        for op, end in ((">=", "low"), ("<=", "high")))  # fmt: skip
 
     def types(self, at: Instant) -> Iterator[Formula]:
         """Discrete variables have values of their types."""
@@ -225,7 +245,7 @@ class Induction:
 
     def flow(self, mode: str, proof: Json) -> None:
         always = self.premises(*self.common(self.scope.identity(mode)))
-        flow = Flow(always, self.scope.field(mode), self.states)
+        flow = Flow(always, self.scope.field(mode), self.states, bool(self.scope.inputs))
         flow.kept(proof, [self.formulas[mode]], self.formulas[mode])
 
     def use(self, mode: str, proof: Json) -> None:
@@ -242,11 +262,14 @@ class Induction:
             raise Refused("a start does not give every param a value")
         if set(start["values"]) != set(self.scope.types):
             raise Refused("a start does not give every variable a value")
-        known = {n: const(number(q)) for key in ("params", "values") for n, q in start[key].items()}
-        env = Env({**known, "time": ZERO})
         at = self.scope.identity(mode)
         lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
-        said = [conj([*self.starts(line, at), *self.arrived(mode, env)]) for line in lines]
+        told = [list(self.starts(line, at)) for line in lines]  # the functions that values may read are met
+        known = {n: self.value(q) for key in ("params", "values") for n, q in start[key].items()}
+        free = {i: self.scope.base.poly(x["low"]) for i, x in self.scope.inputs.items()}  # any value they may have
+        fixed = Env(known)
+        env = Env({**known, **{i: self.functions.substitute(p, fixed) for i, p in free.items()}, "time": ZERO})
+        said = [conj([*f, *self.arrived(mode, env, wrong)]) for f in told]
         if not any(self.here(f, env) for f in said):
             raise Refused("a start is not admissible, or does not violate the goal")
         for step in start.get("jumps", []):
@@ -254,14 +277,29 @@ class Induction:
         if wrong and not self.here(self.scope.identity(mode).formula(self.goal, True), env):
             raise Refused("a start is not admissible, or does not violate the goal")
 
-    def arrived(self, mode: str, env: Env) -> Iterator[Formula]:
-        """What every state of a run has to be: as in all modes, in the declared ranges, as is assumed."""
-        if any(constant(env[v]).denominator != 1 for v, kind in self.scope.types.items() if kind != "real"):  # type: ignore[union-attr]
+    def value(self, given: Json) -> Poly:
+        """A value of a start: a number, or a POLY in functions of numbers, which are defined."""
+        if isinstance(given, str):
+            return const(number(given))
+        p = polynomial(given)
+        closed = set(names(p)) <= {*self.functions.known, "pi"} and set(self.functions.support(names(p))) <= {"pi"}
+        defined = conj(literal(">", a) for _, a in self.functions.partial(p))
+        if not closed or not on_box(self.premises(negated(defined))):
+            raise Refused("a value of a start is no number")
+        return p
+
+    def arrived(self, mode: str, env: Env, wrong: bool) -> Iterator[Formula]:
+        """What every state of a run has to be: as in all modes, in ranges, as is assumed; `wrong`: all is defined."""
+        discrete = [constant(env[v]) for v, kind in self.scope.types.items() if kind != "real"]
+        if any(q is None or q.denominator != 1 for q in discrete):
             raise Refused("a start gives a variable a value that its type does not have")
         at = self.scope.identity(mode)
         yield from self.common(at)
         yield from (f for v in self.a["vars"] for f in self.window(v, at) if v["type"] == "real")
         yield from (at.formula(e) for e in self.question.assume)
+        for name in list(self.functions.known) if wrong else ():
+            yield from (literal("!=" if op == "inv" else ">=" if op == "sqrt" else ">", a)
+                        for op, a in self.functions.partial(var(name)))  # fmt: skip
         yield from self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
 
     def here(self, f: Formula, env: Env) -> bool:
@@ -281,7 +319,7 @@ class Induction:
         now = Env({**env, **{v + "'": const(number(q)) for v, q in step["values"].items()}})
         taken = conj([before.condition(self.a["edges"][k]["guard"]), self.model.given(sets, before, "'")])
         landed = Env({**env, **{v: self.functions.substitute(p, now) for v, p in after.env.items()}})
-        if not (self.here(taken, now) and self.here(conj(self.arrived(str(after.mode), landed)), landed)):
+        if not (self.here(taken, now) and self.here(conj(self.arrived(str(after.mode), landed, True)), landed)):
             raise Refused("a run takes an edge that it cannot take")
         return str(after.mode), landed
 

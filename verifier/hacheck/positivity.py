@@ -259,11 +259,17 @@ def _fact(known: Premises, kind: Json, *rest: Json) -> None:
     *about, proof = rest
     f = known.functions
     if kind == "pi" and not about:
-        new = [literal(">=", add(var("pi"), const(PI[0]), -1)), literal("<=", add(var("pi"), const(PI[1]), -1))]
+        new: list[Formula] = [
+            literal(">=", add(var("pi"), const(PI[0]), -1)),
+            literal("<=", add(var("pi"), const(PI[1]), -1)),
+        ]
     elif kind == "circle" and len(about) == 1:
         new = [literal("==", f.circle(about[0]))]
     elif kind == "positive" and len(about) == 1:
         new = [literal(">", f.positive(about[0]))]
+    elif kind == "meaning" and len(about) == 1:
+        nowhere, found = f.meaning(about[0])
+        new = [disj([literal(*nowhere), conj(literal(*q) for q in found)])]
     elif kind == "series" and len(about) == 2:
         new = [literal(*f.series(*about))]
     else:

@@ -1,9 +1,9 @@
 """Bands of 95 % hold about 95 % of what they are not made of."""
 
 import pytest
-from tests.walks import TRIAL, made, walk_of
+from tests.walks import TRIAL, files, made, walk_of
 
-from haverify.fitting.bands import band, coverage, csv, difference
+from haverify.fitting.bands import band, coverage, csv, difference, normalised
 from haverify.fitting.walk import Options, walk
 
 
@@ -46,3 +46,19 @@ def test_bands_are_written_by_percent() -> None:
     lines = csv(w.bands).splitlines()
     assert lines[0].startswith("percent,lh_low,lh_high,rh_low")
     assert len(lines) == 102
+
+
+REFERENCE = {  # percent: right hip, knee, ankle of the cycle between two strikes on the plate, made elsewhere
+    25: (3.403, -14.519, 5.517),
+    50: (-20.854, -7.570, 14.680),
+    75: (11.574, -68.833, -1.020),
+}
+
+
+def test_normalised_cycles_are_those_of_a_reference() -> None:
+    read = files(TRIAL, "subject01_walk_grf.mot")
+    w, _ = walk(read.recordings, read.forces, Options(leg="r"))
+    assert w is not None
+    curves = [normalised(w.training, j)[0] for j in ("rh", "rk", "ra")]
+    for percent, expected in REFERENCE.items():
+        assert [float(c[percent]) for c in curves] == pytest.approx(expected, abs=0.05)

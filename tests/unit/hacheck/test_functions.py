@@ -98,3 +98,61 @@ def test_images_of_intervals_contain_the_functions_inside() -> None:
                 assert most is None or value <= most + room
     assert image("exp", (None, Q(0)))[0] == 0
     assert image("cos", (None, Q(0))) == (-1, 1)
+
+
+PARTIAL = {"log": math.log, "sqrt": math.sqrt, "inv": lambda x: 1 / x}
+
+
+@pytest.mark.parametrize("op", PARTIAL)
+def test_roots_logarithms_and_inverses_lie_in_their_enclosures(op: str) -> None:
+    random = Random(op)
+    for _ in range(60):
+        a, b = sorted(Q(random.randint(1, 10**6), random.choice([1, 7, 1000, 10**6])) for _ in range(2))
+        low, high = image(op, (a, b))
+        values = [PARTIAL[op](float(q)) for q in (a, (a + b) / 2, b)]
+        assert low is not None and high is not None
+        room = 1e-12 * (1 + max(map(abs, values)))
+        assert float(low) <= min(values) + room and max(values) <= float(high) + room
+        assert float(high - low) <= (max(values) - min(values)) * (1 + 1e-9) + 1e-9
+        one_sided = image(op, (a, None))
+        assert (one_sided[1] if op != "inv" else one_sided[0]) == (None if op != "inv" else 0)
+
+
+@pytest.mark.parametrize("op", PARTIAL)
+def test_nothing_is_known_where_a_function_is_not_defined(op: str) -> None:
+    for low, high in ((Q(-1), Q(1)), (Q(-2), Q(3)), (None, Q(1)), (None, None)):
+        assert image(op, (low, high)) == (None, None)
+    assert (image("sqrt", (Q(0), Q(4)))[0], image("inv", (Q(-2), Q(-1)))) == (0, (-1, Q(-1, 2)))
+    assert image("log", (Q(0), Q(1))) == image("inv", (Q(0), Q(1))) == (None, None)
+
+
+def test_values_that_are_rational_are_numbers() -> None:
+    f = Functions()
+    numbers = [f.apply("sqrt", const(Q(9, 4))), f.apply("log", ONE), f.apply("inv", const(4)), f.apply("sqrt", ZERO)]
+    assert numbers == [const(Q(3, 2)), ZERO, const(Q(1, 4)), ZERO]
+    assert f.apply("sqrt", const(2)) == var("sqrt(2)") and f.apply("log", ZERO) == var("log()")
+    assert f.apply("sqrt", const(-4)) == var("sqrt(-4)") and f.apply("inv", const(-4)) == var("inv(-4)")
+
+
+def test_slopes_of_roots_logarithms_and_inverses() -> None:
+    f = Functions()
+    names = {op: f.apply(op, add(X, ONE)) for op in PARTIAL}
+    inverse, root = names["inv"], f.apply("inv", names["sqrt"])
+    rates = {"x": Y}
+    assert f.derivative(names["log"], rates) == mul(inverse, Y)
+    assert f.derivative(inverse, rates) == scale(mul(mul(inverse, inverse), Y), -1)
+    assert f.derivative(names["sqrt"], rates) == mul(scale(root, Q(1, 2)), Y)
+    assert [op for op, _ in f.partial(add(root, f.apply("cos", names["log"])))] == ["log", "sqrt", "inv"]
+
+
+def test_what_is_said_of_a_function_is_true_where_it_is_defined() -> None:
+    f = Functions()
+    for op, real in PARTIAL.items():
+        name = f"{op}(1*x)"
+        f.apply(op, X)
+        (relation, a), literals = f.meaning(name)
+        assert relation == {"inv": "==", "log": "<=", "sqrt": "<"}[op] and a == X
+        for q in (Q(k, 8) for k in range(1, 60)):
+            for sign, p in literals:
+                value = float(constant(substitute(p, Env({"x": const(q), name: const(Q(real(q)))}))) or 0)
+                assert abs(value) < 1e-9 if sign == "==" else value >= -1e-9 if sign == ">=" else value <= 1e-9

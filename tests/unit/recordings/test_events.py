@@ -177,3 +177,12 @@ def test_missing_events_are_replaced_by_usual_shares_and_told() -> None:
 
 def test_a_part_of_a_stride_has_none() -> None:
     assert stride(cut(walk_of(TRIAL), 0, 30)).kind == ""
+
+
+def test_a_recording_cut_to_one_stride_begins_where_it_was_cut() -> None:
+    for name in ("normal_gait.mot", "crouch_gait.mot"):
+        r = walk_of(name)
+        s = stride(r)
+        (cycle,) = cycles(r, s, steps(r, s), "r")
+        assert cycle.start == 0
+        assert cycle.at[0] == 0

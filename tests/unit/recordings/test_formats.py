@@ -57,7 +57,16 @@ def test_a_file_without_time_is_no_recording() -> None:
 
 @pytest.mark.parametrize(
     "label",
-    ["hip_flexion_r", "RHipAngle", "right hip [deg]", "hip_r_deg", "rHip", "/jointset/hip_r/hip_flexion_r/value"],
+    [
+        "hip_flexion_r",
+        "RHipAngle",
+        "right hip [deg]",
+        "hip_r_deg",
+        "rHip",
+        "rh",
+        "rh [deg]",
+        "/jointset/hip_r/hip_flexion_r/value",
+    ],
 )
 def test_names_of_the_right_hip(label: str) -> None:
     assert joint_of(label) == "rh"
@@ -159,3 +168,11 @@ def test_c3d_files_hold_the_same_markers(tmp_path: Path) -> None:
 def test_a_missing_and_an_unknown_file(tmp_path: Path) -> None:
     read = recorded([str(tmp_path / "no.mot"), "walk.xls"])
     assert codes(read.found) == ["HA006", "HA210"]
+
+
+def test_a_cell_that_is_no_number_is_told_with_line_and_column() -> None:
+    source = Source.of_text("a.csv", LABELS + ROW.replace("-60,-5", "-60,fast"))
+    (finding,) = read(source).found
+    assert finding.span is not None
+    assert source.at(finding.span) == "fast"
+    assert source.position(finding.span.start) == (3, 16)

@@ -117,3 +117,11 @@ def test_line_ends_and_letters_of_other_systems(tmp_path: Path) -> None:
     path = tmp_path / "walk.mot"
     path.write_bytes(("Gehen f\xfcr Tests\r\n" + DEGREES.replace("\n", "\r\n")).encode("latin-1"))
     assert len(recorded([str(path)]).recordings) == 1
+
+
+def test_milliseconds_that_call_themselves_seconds_are_an_error() -> None:
+    rows = "".join(f"{20 * k}\t{k}\t{-k}\t-5\t{-3 * k}\t1\t2\n" for k in range(30))
+    found = mot("inDegrees=yes\nendheader\n" + LABELS + "\n" + rows)
+    assert found.recording is None
+    assert codes(found.found) == ["HA108"]
+    assert "milliseconds" in found.found[0].message

@@ -9,9 +9,12 @@ from tests.unit.robot.scene import cycle, engine, gait_map, moved, robot
 
 from haverify.robot import mechanics
 from haverify.robot.checks import inside, zmp
-from haverify.robot.enclosures import GRAVITY, QUANTITIES, enclosed_finely
-from haverify.robot.trajectory import sampled
+from haverify.robot.cycle import Piece
+from haverify.robot.enclosures import GRAVITY, QUANTITIES, enclosed_finely, formulated
+from haverify.robot.mapping import Drive
+from haverify.robot.trajectory import Trajectory, sampled
 from haverify.robot.verdicts import decided
+from haverify.solvers.kernel import Fineness, along
 from haverify.text.record import replace
 
 Q = Fraction
@@ -148,3 +151,25 @@ def test_what_is_refuted_shows_in_samples_and_what_is_proved_does_not():
 
 def test_gravity_is_the_engines():
     assert float(GRAVITY) == mechanics.GRAVITY == -engine().model.gravity.linear[2]
+
+
+def test_at_100_random_states_the_engines_values_lie_in_point_enclosures():
+    """Waist and legs at random angles, speeds and accelerations, on either foot; to 1e-9 relative, enclosed to 1e-6."""
+    random = np.random.default_rng(11)
+    joints = tuple(robot().robot.hinges)
+    moving = [n for n in joints if n.startswith(("waist", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle"))]
+    drives = tuple(Drive(n, (n,), "rad", Q(1), Q(0), gait_map().drives[0].span) for n in moving)
+    free = np.array([n in moving for n in joints])
+    for k in range(100):
+        side = ("left", "right")[k % 2]
+        q, v, a = free * random.uniform(-1, 1, 25), free * random.normal(size=25), 5 * free * random.normal(size=25)
+        m = replace(gait_map(), drives=drives, posture={}, sway=None, stance={"M": side}, speed=Q(1))
+        rows = {n: (Q(float(x)), Q(float(y)), Q(float(z)) / 2) for n, x, y, z in zip(joints, q, v, a, strict=True)}
+        made = formulated(robot(), m, Piece("M", Q(0), Q(1), rows, ""))
+        ((_, _, values),) = along(made.positions, made.readout, 2, (0.0, 0.0), [1.0] * len(QUANTITIES), Fineness())
+        t = Trajectory(joints, np.zeros(1), q[None], v[None], a[None], ["M"], [side], ())
+        seen = quantities(t, mechanics.moved(engine(), robot(), t))
+        for name, (low, high) in zip(QUANTITIES, values, strict=True):
+            slack = 1e-9 * (1 + abs(seen[name][0]))
+            assert low - slack <= seen[name][0] <= high + slack, name
+            assert high - low <= 1e-6 * (1 + abs(seen[name][0])), name

@@ -305,6 +305,7 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle (default: more cycles)")
     p.add_argument("--order", type=int, choices=(0, 1, 2), help="derivatives without a step (default 1)")
     p.add_argument("--degree", type=int, metavar="N", help="of all polynomials (default: chosen for each joint)")
+    p.add_argument("--bound", metavar="JOINT=LOW..HIGH", action="append", help="keep a joint there: knee=-130..1 (deg)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
     p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")

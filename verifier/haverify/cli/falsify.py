@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
@@ -17,6 +17,11 @@ from haverify.report.exit_codes import NOTHING, OK, UNDECIDED, UNREADABLE, WRONG
 from haverify.run.examine import read
 from haverify.run.pipeline import require_known
 from haverify.run.settings import duration
+
+if TYPE_CHECKING:
+    from haverify.simulate.run import SimulatedRun
+
+CLEARER = 4.0  # times the margin is asked for where enclosures could not tell
 
 
 def run(called: argparse.Namespace) -> int:
@@ -56,31 +61,51 @@ def _code(claim: Claim, outcome: dict[str, Any]) -> int:
 
 def _goal(spec: Spec, claim: Claim, goal: Goal, called: argparse.Namespace) -> dict[str, Any] | None:
     """What the search says of one goal; None where it is not one for runs."""
+    from haverify.model.core import to_core
     from haverify.obligations.translate import OutsideFragmentError
     from haverify.simulate.certify import certified
     from haverify.simulate.falsify import searched, subject
+    from haverify.simulate.product import Product
 
-    automaton = next((a for a in spec.automata if a.name == claim.on), None)
-    if automaton is None or goal.kind not in ("always", "reach", "stl"):
+    if goal.kind not in ("always", "reach", "stl"):
         return None
     told: dict[str, Any] = {"claim": claim.name, "goal": goal.kind, "verdict": "unknown"}
     try:
+        automaton = next((a for a in spec.automata if a.name == claim.on), None)
+        if automaton is None:
+            if not any(s.name == claim.on for s in spec.systems):
+                return None
+            whole = Product(spec, to_core(spec), str(claim.on))
+            automaton, number = whole.automaton(), claim.goals.index(goal)
+            claim = whole.claim(claim)
+            goal = claim.goals[number]
         asked = subject(spec, automaton, claim, goal, float(duration(called.until)), called.policy, called.seed)
         found = searched(asked, called.runs, called.seed)
+        told |= {"margin": found.margin, "runs": found.runs}
+        if found.run is None:
+            return {**told, "reason": "no admissible start was found"}
+        told |= _drawn(found.run)
+        if not found.is_violated:
+            return {**told, "reason": "no violation was found"}
+        enclosed = certified(found.run, claim, goal)
+        while enclosed.run is None and enclosed.is_close and found.runs < called.runs:  # a clearer violation, then
+            found = searched(asked, called.runs, called.seed, CLEARER * found.margin)
+            if found.run is None:
+                break
+            enclosed = certified(found.run, claim, goal)
+            told |= {"margin": found.margin, "runs": found.runs, **_drawn(found.run)}
     except OutsideFragmentError as e:
         return {**told, "reason": str(e), "runs": 0}
-    told |= {"margin": found.margin, "runs": found.runs}
-    if found.run is None:
-        return {**told, "reason": "no admissible start was found"}
-    model, draw = found.run.model, found.run.draw
-    told["start"] = {"mode": model.automaton.modes[draw.mode].name, **dict(zip(model.names, draw.state, strict=True))}
-    told["inputs"] = [[t, model.names[place], value] for t, place, value in draw.writes]
-    if not found.is_violated:
-        return {**told, "reason": "no violation was found"}
-    enclosed = certified(found.run, claim, goal)
     if enclosed.run is None:
         return {**told, "reason": f"violated in floating point, not certified: {enclosed.reason}"}
     return {**told, "verdict": "refuted"}
+
+
+def _drawn(run: SimulatedRun) -> dict[str, Any]:
+    """The start of a run and what its inputs do."""
+    model, draw = run.model, run.draw
+    start = {"mode": model.automaton.modes[draw.mode].name, **dict(zip(model.names, draw.state, strict=True))}
+    return {"start": start, "inputs": [[t, model.names[place], value] for t, place, value in draw.writes]}
 
 
 def _text(told: dict[str, Any]) -> str:

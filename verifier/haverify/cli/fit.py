@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.render import render_all
-from haverify.errors import UsageError
+from haverify.errors import UnsupportedError, UsageError
+from haverify.fitting.bounded import Interval
 from haverify.fitting.emit import emit
 from haverify.fitting.table import table
 from haverify.fitting.walk import Options, Walk, walk
@@ -33,7 +36,10 @@ def run(called: argparse.Namespace) -> int:
     if not any(is_error(d) for d in found):
         if not read.recordings:
             raise UsageError("no recording among the files: only ground forces")
-        made, more = walk(read.recordings, read.forces, options, tried.recordings)
+        try:
+            made, more = walk(read.recordings, read.forces, options, tried.recordings)
+        except UnsupportedError as e:
+            raise UsageError(str(e)) from e
         found += more
     sys.stderr.write(render_all(found, read.sources | tried.sources, wants_colour()))
     if made is None:
@@ -56,7 +62,17 @@ def _options(called: argparse.Namespace) -> Options:
     order = 1 if called.order is None else called.order
     if called.degree is not None and not 2 * order + 1 <= called.degree <= 9:
         raise UsageError(f"--degree {called.degree}: {2 * order + 1} to 9 with --order {order}")
-    return Options((called.leg or "")[:1], order, called.degree, called.events or "zeni")
+    bounds = dict(_bound(text) for text in called.bound or [])
+    return Options((called.leg or "")[:1], order, called.degree, called.events or "zeni", bounds)
+
+
+def _bound(text: str) -> tuple[str, Interval]:
+    """`knee=-130..1`, in degrees."""
+    m = re.fullmatch(r"(hip|knee|ankle)=(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)", text)
+    low, high = (Fraction(m[2]), Fraction(m[3])) if m else (Fraction(0), Fraction(0))
+    if m is None or high - low < 1:
+        raise UsageError(f"--bound {text}: write a joint and an interval of at least 1 deg, such as knee=-130..1")
+    return m[1][0], Interval(low, high)
 
 
 def _write(file: Path, text: str) -> None:

@@ -57,5 +57,8 @@ def _text(spec: Spec, claim: Claim, seconds: float) -> str | None:
     if found is None:
         return None
     name = "".join(c if c.isalnum() else "_" for c in f"{claim.name}_because")
-    condition = written(found.formula, automaton)
+    told = {m: written(f, automaton) for m, f in found.formulas.items()}
+    condition = " and ".join(f"(at({m}) implies {text})" for m, text in told.items() if text != "true")
+    if len(automaton.modes) == 1:
+        condition = told[automaton.modes[0].name]
     return f"/// Implies `{claim.name}`.\ninvariant {name} on {automaton.name}: {condition} inductive\n"

@@ -25,17 +25,17 @@ from haverify.run.settings import duration
 def run(called: argparse.Namespace) -> int:
     """Print the checks; the exit code follows the rules of `check`."""
     done = replay(called.file, called.robot, called.map, _speed(called.speed), _options(called))
-    if done.outcome is None or done.facts is None:
+    if done.facts is None:
         sys.stderr.write(render_all(settle(done.found), done.sources, wants_colour()))
         return UNREADABLE
     if called.format == "json":
         put(facts_as_json(done.facts))
         return done.facts.exit_code
-    if called.claims:
+    if called.claims and done.outcome is not None:
         put(summary(done.outcome.report, wants_colour()) + "\n")
     put(table(done.facts) + "\n")
-    folders = [f"{done.outcome.folder}/index.html"] if done.outcome.folder else []
-    put(closing(done.facts.exit_code, folders))
+    folder = _options(called).report
+    put(closing(done.facts.exit_code, [f"{folder}/replay.html"] if folder else []))
     return done.facts.exit_code
 
 

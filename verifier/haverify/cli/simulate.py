@@ -41,18 +41,18 @@ def run(called: argparse.Namespace) -> int:
     return _simulated(spec, automaton, called)
 
 
-def _automaton(spec: Spec, called: argparse.Namespace) -> HybridAutomaton | None:
-    """The one that is named, else the first."""
+def _automaton(spec: Spec, called: argparse.Namespace) -> str | None:
+    """The name of the automaton or system that is asked for, else the first automaton, else the first system."""
+    names = [*(a.name for a in spec.automata), *(s.name for s in spec.systems)]
     if called.automaton is None:
-        return spec.automata[0] if spec.automata else None
-    found = next((a for a in spec.automata if a.name == called.automaton), None)
-    if found is None:
-        known = ", ".join(f"`{a.name}`" for a in spec.automata) or "none"
+        return names[0] if names else None
+    if called.automaton not in names:
+        known = ", ".join(f"`{n}`" for n in names) or "none"
         raise UsageError(f"{called.file}: there is no automaton `{called.automaton}` (there is: {known})")
-    return found
+    return str(called.automaton)
 
 
-def _simulated(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespace) -> int:
+def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
     from haverify.obligations.translate import OutsideFragmentError
     from haverify.simulate.as_csv import as_csv
     from haverify.simulate.draws import Drawing
@@ -61,15 +61,17 @@ def _simulated(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespac
     from haverify.simulate.traces import as_json
 
     until = float(duration(called.until))
-    settings = Settings(until, policy=called.policy, seed=called.seed)
     try:
-        model = SimulatedAutomaton(spec, automaton)
+        model = SimulatedAutomaton(spec, _put_together(spec, name))
         drawing = Drawing(model, until)
         chance = random.Random(called.seed)
         draws = [drawing.nominal() if k == 0 else drawing.random(chance.random) for k in range(called.runs)]
     except OutsideFragmentError as e:
-        raise UsageError(f"{called.file}: `{automaton.name}` cannot be run: {e}") from e
-    runs = [followed(model, d, settings) for d in draws]
+        raise UsageError(f"{called.file}: `{name}` cannot be run: {e}") from e
+    seeds = range(called.seed, called.seed + len(draws))
+    runs = [
+        followed(model, d, Settings(until, policy=called.policy, seed=k)) for d, k in zip(draws, seeds, strict=True)
+    ]
     times = [until * k / called.samples for k in range(called.samples + 1)]
     if called.csv is not None:
         _write(called.csv, as_csv(runs, times))
@@ -83,6 +85,15 @@ def _simulated(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespac
         for k, r in enumerate(runs):
             put(f"run {k}: {r.told()}\n")
     return OK
+
+
+def _put_together(spec: Spec, name: str) -> HybridAutomaton:
+    """The automaton of this name, or the one that a system is."""
+    from haverify.model.core import to_core
+    from haverify.simulate.product import Product
+
+    found = next((a for a in spec.automata if a.name == name), None)
+    return Product(spec, to_core(spec), name).automaton() if found is None else found
 
 
 def _motion(run: SimulatedRun, times: list[float], called: argparse.Namespace) -> str:

@@ -35,7 +35,7 @@ def claims(walk: Walk, recorded: Picked, held: Picked) -> str:
         if held:
             parts.append(_near(curve, residual, "Held", "held_out", held, walk.is_tried))
     parts += [_ranges(walk, c, r) for c, r in zip(walk.curves, walk.residuals, strict=True)]
-    return "\n".join([*parts, *_possible(walk), _fast(walk), _round(walk)])
+    return "\n".join([*parts, *_possible(walk), *_bounded(walk), _fast(walk), _round(walk)])
 
 
 def _limits() -> str:
@@ -112,6 +112,19 @@ def _possible(walk: Walk) -> list[str]:
             f"{j} {min(g[1] for g in gs):.1f} .. {max(g[2] for g in gs):.1f} deg" for j, gs in gone.items() if gs
         )
         parts.append(f"property {name}s_move_as_joints_can on Walk {{\n{lines}{_expect(not because, because)}}}\n")
+    return parts
+
+
+def _bounded(walk: Walk) -> list[str]:
+    """A joint stays where the fit was told to keep it."""
+    parts = []
+    for joint, bounds in walk.options.bounds.items():
+        name = LIMITS[joint][0]
+        shifts = [s for c, s in zip(walk.curves, walk.shifts, strict=False) if c.joint[1] == joint] or [(Q(0), Q(0))]
+        low, high = bounds.low + min(a for a, _ in shifts), bounds.high + max(b for _, b in shifts)
+        lines = "".join(f"  always {text(low)} deg <= {s}{joint} <= {text(high)} deg\n" for s in "lr")
+        doc = f"/// The {name}s stay in the interval that was declared for the fit.\n"
+        parts.append(f"{doc}property {name}s_in_bounds on Walk {{\n{lines}  expect proved\n}}\n")
     return parts
 
 

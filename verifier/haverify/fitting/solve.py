@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from haverify.fitting.basis import design, polynomials
+from haverify.fitting.bounded import Interval, within
 from haverify.fitting.curve import Curve
 from haverify.fitting.knots import Knots
 from haverify.recordings.cycles import Cycle
@@ -84,11 +85,12 @@ def points(cycles: Sequence[Cycle], joint: str, knots: Knots) -> Points:
     return Points(np.array(t) * float(knots.period), np.array(y), np.array(part), parts)
 
 
-def curve(p: Points, joint: str, knots: Knots, order: int, degree: int | None) -> Curve:
-    """The curve nearest to all samples of a joint, of a degree that is given or chosen."""
+def curve(p: Points, joint: str, knots: Knots, order: int, degree: int | None, bounds: Interval | None = None) -> Curve:
+    """The curve nearest to all samples of a joint, of a degree given or chosen, within bounds if there are any."""
     degree = chosen(p, knots, order) if degree is None else degree
     whole = _sum(_equations(p, knots, order, degree))
-    return Curve(joint, knots, order, degree, polynomials(whole.solution(), knots, order, degree))
+    unknowns = whole.solution() if bounds is None else within(whole.gram, whole.right, knots, order, degree, bounds)
+    return Curve(joint, knots, order, degree, polynomials(unknowns, knots, order, degree))
 
 
 def chosen(p: Points, knots: Knots, order: int) -> int:

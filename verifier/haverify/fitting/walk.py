@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import ceil, floor
 
 from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.fitting.bands import Band, band
+from haverify.fitting.bounded import Interval
 from haverify.fitting.curve import Curve, Residual, residual
 from haverify.fitting.knots import Knots, knots
 from haverify.fitting.solve import curve, points
@@ -17,7 +18,7 @@ from haverify.recordings.events import Steps, steps
 from haverify.recordings.phases import boundaries
 from haverify.recordings.recording import JOINTS, Forces, Recording
 from haverify.recordings.stride import Stride, is_still, stride
-from haverify.text.record import record, replace
+from haverify.text.record import field, record, replace
 
 Q = Fraction
 
@@ -30,12 +31,14 @@ class Options:
 
     `leg`: whose heel strikes begin cycles (`l`, `r`; empty: the one with more cycles, else the right). `order`: of the
     derivatives without a step. `degree`: of all polynomials (None: chosen for each). `events`: how they are seen.
+    `bounds`: where hips (`h`), knees (`k`) or ankles (`a`) have to stay.
     """
 
     leg: str = ""
     order: int = 1
     degree: int | None = None
     events: str = "zeni"
+    bounds: Mapping[str, Interval] = field(default_factory=dict)
 
 
 @record
@@ -149,7 +152,10 @@ def _fitted(
 ) -> tuple[Walk, list[Diagnostic]]:
     shares, found = boundaries(training)
     grid = knots(shares, sum((c.length for c in training), Q(0)) / len(training))
-    curves = [curve(points(training, j, grid), j, grid, options.order, options.degree) for j in JOINTS]
+    curves = [
+        curve(points(training, j, grid), j, grid, options.order, options.degree, options.bounds.get(j[1]))
+        for j in JOINTS
+    ]
     rounding = _rounding(*recordings)
     trained, left = (tuple(residual(c, part, rounding) for c in curves) for part in (training, held_out))
     made = Walk(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
-from math import factorial
+from math import factorial, isqrt
 
 from haverify.maths.polynomial import NOUGHT, Monomial, Polynomial, constant, total, variable
-from haverify.obligations.formula import Formula, compare
+from haverify.obligations.formula import Formula, compare, conjunction, disjunction
 from haverify.text.record import field, holder
 
 ONE = constant(1)
+WAVES, SERIES, PARTIAL = ("sin", "cos"), ("sin", "cos", "exp"), ("log", "sqrt", "inv")
 
 
 def factors(m: Monomial) -> tuple[str, ...]:
@@ -18,22 +19,38 @@ def factors(m: Monomial) -> tuple[str, ...]:
     return tuple(v for v, e in m for _ in range(e))
 
 
+def _exactly(op: str, q: Fraction | None) -> Fraction | None:
+    """A root, a logarithm or an inverse of a number, where that is a rational seen at once."""
+    if q is None or q <= 0:
+        return None
+    if op == "sqrt":
+        root = Fraction(isqrt(q.numerator), isqrt(q.denominator))
+        return root if root * root == q else None
+    return 1 / q if op == "inv" else Fraction(0) if op == "log" and q == 1 else None
+
+
 @holder
 class Functions:
-    """The functions met so far, by name: `sin`, `cos` or `exp`, and the argument."""
+    """The functions met so far, by name: `sin`, `cos`, `exp`, `log`, `sqrt` or `inv` (1 over it), and the argument.
+
+    Where a logarithm, a root or an inverse is not defined, nothing is known of it.
+    """
 
     known: dict[str, tuple[str, Polynomial]] = field(default_factory=dict)
 
     def apply(self, op: str, a: Polynomial) -> Polynomial:
         """`op(a)` as a polynomial in names; odd and even functions of `-a` are those of `a`."""
-        if not a.whole:
-            return NOUGHT if op == "sin" else ONE
+        if not a.whole and op not in ("log", "inv"):
+            return NOUGHT if op in ("sin", "sqrt") else ONE
+        exact = _exactly(op, a.constant)
+        if exact is not None:
+            return constant(exact)
         by_names = {factors(m): c for m, c in a.terms.items()}
-        is_turned = op != "exp" and by_names[min(by_names)] < 0
+        is_turned = op in WAVES and by_names[min(by_names)] < 0
         if is_turned:
             a, by_names = -a, {m: -c for m, c in by_names.items()}
         text = "+".join("*".join([str(by_names[m]), *m]) for m in sorted(by_names))
-        for each in ("exp",) if op == "exp" else ("sin", "cos"):
+        for each in WAVES if op in WAVES else (op,):
             self.known[f"{each}({text})"] = (each, a)
         found = variable(f"{op}({text})")
         return -found if is_turned and op == "sin" else found
@@ -60,9 +77,33 @@ class Functions:
         if name not in self.known:
             return rates.get(name, NOUGHT)
         op, a = self.known[name]
+        inner = self.derivative(a, rates)
+        if op == "sqrt":
+            return self.apply("inv", variable(name)).scaled(Fraction(1, 2)) * inner
+        if op in ("log", "inv"):
+            inverse = self.apply("inv", a)
+            return (inverse if op == "log" else -(inverse**2)) * inner
         outer = {"sin": "cos", "cos": "sin", "exp": "exp"}[op]
-        slope = self.apply(outer, a) * self.derivative(a, rates)
+        slope = self.apply(outer, a) * inner
         return -slope if op == "cos" else slope
+
+    def partial(self, p: Polynomial) -> Iterator[tuple[str, Polynomial]]:
+        """Functions in a polynomial that are not defined everywhere, with their arguments; also inside of others."""
+        for op, a in (self.known[n] for n in p.variables if n in self.known):
+            yield from self.partial(a)
+            if op in PARTIAL:
+                yield op, a
+
+    def meaning(self, name: str) -> Formula:
+        """What holds of a root, a logarithm or an inverse: that it is not defined, or what it is."""
+        op, a = self.known[name]
+        value = variable(name)
+        if op == "inv":
+            return disjunction([compare("==", a), compare("==", value * a - ONE)])
+        if op == "log":
+            return disjunction([compare("<=", a), compare("<=", value - a + ONE)])
+        told = conjunction([compare("==", value**2 - a), compare(">=", value)])
+        return disjunction([compare("<", a), told])
 
     def series(self, name: str, terms: int) -> Formula:
         """The bound of a function by the first terms of its series; of a sine, times its argument."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -12,10 +12,10 @@ from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import FALSE, TRUE, Expr, nodes
-from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
+from haverify.model.hybrid import HybridAutomaton, Init, Input, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
-from haverify.obligations.formula import Formula, compare, conjunction, literals
+from haverify.obligations.formula import Formula, Literal, compare, conjunction, literals
 from haverify.obligations.formula import negation as denied
 from haverify.obligations.functions import Functions
 from haverify.obligations.horizon import implied_end
@@ -63,8 +63,8 @@ class Induction:
     def check(self) -> None:
         """Raise OutsideFragmentError where the automaton or the goal is outside of what can be asked."""
         a = self.automaton
-        if a.inputs or a.priorities or self.spec.inputs:
-            raise OutsideFragmentError("inputs and priorities: invariants of this version have none")
+        if a.priorities:
+            raise OutsideFragmentError("priorities: invariants of this version have none")
         if any(v.type == "bool" for v in a.vars):
             raise OutsideFragmentError("truth variables beside a flow that is not clock-driven")
         asked = (self.goal.condition, *self.spec.assumptions, *self.claim.assume, *self.using)
@@ -72,6 +72,7 @@ class Induction:
             n.op in JUMPY | {"stuck"} for e in asked for n in nodes(e)
         ):
             raise OutsideFragmentError("an invariant shows `always` goals that do not speak of jumps")
+        self._check_inputs(asked)
         for m in a.modes:  # the functions that formulas may read are met
             self.field(m.name)
             self.aim(m.name)
@@ -80,6 +81,26 @@ class Induction:
                 raise OutsideFragmentError(f"time in a claim about the terminal mode {m.name}")
         for k in range(len(a.edges)):
             self._check_types(k)
+
+    @property
+    def has_inputs(self) -> bool:
+        """Whether there are any."""
+        return bool(self.inputs)
+
+    @cached_property
+    def inputs(self) -> dict[str, Input]:
+        """The inputs that the automaton may read."""
+        return {i.name: i for i in (*self.spec.inputs, *self.automaton.inputs)}
+
+    def _check_inputs(self, asked: Iterable[Expr]) -> None:
+        """Raise OutsideFragmentError for inputs without bounds, and where what is said of states depends on them."""
+        a = self.automaton
+        if any(i.range is None or i.type != "real" for i in self.inputs.values()):
+            raise OutsideFragmentError("an input without two bounds, or that is no number")
+        lets = [o.expr for o in (*a.lets, *(o for m in a.modes for o in m.lets))]
+        said = [self.condition, *asked, *lets, *(m.domain for m in a.modes), *(i.where for i in a.init)]
+        if self.inputs and any(n.op == "input" for e in said for n in nodes(e)):
+            raise OutsideFragmentError("an input elsewhere than in flows, guards and resets")
 
     def _check_types(self, k: int) -> None:
         """Raise OutsideFragmentError where edge k may give a discrete variable a value that its type does not have."""
@@ -150,7 +171,7 @@ class Induction:
     def names(self) -> dict[str, Polynomial]:
         """Variables and params; a param with one value is that number."""
         fixed = {n: constant(low) if low == high else variable(n) for n, (low, high) in self.params.items()}
-        return {**fixed, **{v.name: variable(v.name) for v in self.automaton.vars}}
+        return {**fixed, **{n: variable(n) for n in (*self.inputs, *(v.name for v in self.automaton.vars))}}
 
     def scope(self, mode: str, after: Mapping[str, Polynomial] | None = None) -> Scope:
         """What names mean in a mode, or there after a jump that gives variables these values."""
@@ -190,13 +211,15 @@ class Induction:
         for line in self.mode(mode).flow:
             if isinstance(line.rate, Range):
                 raise OutsideFragmentError(f"`{line.var}' in [..]` in mode {mode} is an inclusion")
-            quotients[line.var] = self._quotient(self.scope(mode).cases(line.rate), f"`{line.var}'` in mode {mode}")
+            quotients[line.var] = self._quotient(
+                self.scope(mode).cases(line.rate), f"`{line.var}'` in mode {mode}", mode
+            )
         divisors = list(dict.fromkeys(d for _, d in quotients.values() if d != ONE))
         clock = prod(divisors, start=ONE)
         rates = {v: n * prod((e for e in divisors if e != d), start=ONE) for v, (n, d) in quotients.items()}
         return rates | {TIME: clock}
 
-    def _quotient(self, cases: list[Case], what: str) -> tuple[Polynomial, Polynomial]:
+    def _quotient(self, cases: list[Case], what: str, mode: str) -> tuple[Polynomial, Polynomial]:
         """The one value of a rate, its divisor above 0."""
         if len(cases) > 1 or cases[0].condition is not True:
             raise OutsideFragmentError(f"{what} has cases")
@@ -204,15 +227,36 @@ class Induction:
         if d.constant:
             return n.scaled(1 / d.constant), ONE
         for sign in (Q(1), Q(-1)):
-            if self._is_positive(d.scaled(sign)):
+            if self._is_positive(d.scaled(sign), mode):
                 return n.scaled(sign), d.scaled(sign)
         raise OutsideFragmentError(f"{what} has a divisor that may be 0")
 
-    def _is_positive(self, p: Polynomial) -> bool:
-        """Whether it is above 0, by the ranges of params, or as a positive number plus even powers."""
+    def _is_positive(self, p: Polynomial, mode: str) -> bool:
+        """Whether it is above 0, as a positive number plus even powers, or by the ranges of params and the domain."""
         if all(c > 0 and all(e % 2 == 0 for _, e in m) for m, c in p.whole.items()) and () in p.whole:
             return True
-        return set(p.variables) <= self.params.keys() and bounds(p, self.params)[0] > 0
+        box: dict[str, tuple[Q, Q]] = dict(self.params)
+        lows, highs = self._ends(mode)
+        box |= {v: (lows[v], highs[v]) for v in lows.keys() & highs.keys() if lows[v] <= highs[v]}
+        if set(p.variables) <= box.keys():
+            return bounds(p, box)[0] > 0
+        lows |= {n: low for n, (low, _) in self.params.items()}
+        is_growing = all(c > 0 or not m for m, c in p.whole.items()) and all(lows.get(v, -1) >= 0 for v in p.variables)
+        return is_growing and p.value(lows) > 0
+
+    def _ends(self, mode: str) -> tuple[dict[str, Q], dict[str, Q]]:
+        """The bounds that a domain gives to variables one by one."""
+        lows, highs = dict[str, Q](), dict[str, Q]()
+        for f in self.premises(self.formula(self.mode(mode).domain, mode, is_closed=True)).entries:
+            if isinstance(f, Literal) and f.op in ("<", "<=") and f.polynomial.total_degree() == 1:
+                (v, *others), terms = f.polynomial.variables, f.polynomial.terms
+                if not others:
+                    end = -terms.get((), Q(0)) / terms[((v, 1),)]
+                    if terms[((v, 1),)] > 0:
+                        highs[v] = min(highs.get(v, end), end)
+                    else:
+                        lows[v] = max(lows.get(v, end), end)
+        return lows, highs
 
     def derivative(self, p: Polynomial, mode: str) -> Polynomial:
         """The derivative of a polynomial along the flow of a mode."""
@@ -239,6 +283,10 @@ class Induction:
         for n, (low, high) in self.params.items():
             if low < high:
                 found += [compare(">=", variable(n) - constant(low)), compare("<=", variable(n) - constant(high))]
+        for n, i in self.inputs.items():
+            assert i.range is not None, "looked at before"
+            found += [compare(">=", variable(n) - self.scope(name).polynomial(i.range.low))]
+            found += [compare("<=", variable(n) - self.scope(name).polynomial(i.range.high))]
         return found
 
     def _type_range(self, type_: str) -> tuple[Q, Q]:

@@ -392,6 +392,7 @@ _VALUES: dict[str, Callable[[Scope, Expr], list[Case]]] = {
     "time": _time,
     "const": _constant,
     "param": _variable,
+    "input": _variable,
     "var": _variable,
     "let": lambda s, e: s.let(e.name),
     "sym": _symbol,
@@ -411,6 +412,8 @@ _VALUES: dict[str, Callable[[Scope, Expr], list[Case]]] = {
     "sin": _function,
     "cos": _function,
     "exp": _function,
+    "log": _function,
+    "sqrt": _function,
     "pre": lambda s, e: _before(s, e).cases(e.children[0]),
 }
 

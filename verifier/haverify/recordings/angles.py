@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
+from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.recordings.columns import Columns, numbers
 from haverify.recordings.labels import joints
@@ -17,6 +18,10 @@ Q = Fraction
 # pi to 40 digits; a converted angle is rounded to a millionth of a degree, far coarser.
 _DEGREES_PER_RADIAN = Q(180) / Q(31415926535897932384626433832795028841972, 10**40)
 _MILLIONTH = Q(1, 1_000_000)
+
+_SECONDS = Q(1)
+_MANY = 15  # samples from which on their distance can be judged
+_SLOWEST = Q(3, 20)  # seconds between samples: fewer than seven a second show no walk
 
 _TURN = Q(7)  # no joint turns by so many radians; as degrees, no walk has so small a range of the knee
 
@@ -31,21 +36,21 @@ class Stated:
 
 
 def recording(
-    columns: Columns, time: int, stated: Stated, *, default: str = ""
+    columns: Columns, time: int, stated: Stated, scale: Q = _SECONDS
 ) -> tuple[Recording | None, list[Diagnostic]]:
-    """The recording that columns hold; `default` is the unit of a format where the file states none."""
+    """The recording that columns hold; `scale` is the unit of its times in seconds."""
     at = joints(columns.labels)
     missing = [j for j in JOINTS if j not in at]
     if missing:
         return None, [_missing(columns, missing)]
-    times, found = _times(columns, time)
+    times, found = _times(columns, time, scale)
     values: dict[str, list[Q | None]] = {}
     for joint in JOINTS:
         values[joint], more = numbers(columns, at[joint])
         found += more
-    if any(d.code == "HA210" for d in found):
+    if any(is_error(d) for d in found):
         return None, found
-    unit, more = _unit(values, stated, default)
+    unit, more = _unit(values, stated)
     found += more
     if unit is None:
         return None, found
@@ -68,7 +73,7 @@ def _missing(columns: Columns, joints: list[str]) -> Diagnostic:
     return Diagnostic("HA224", message, span, notes=notes, help="names such as hip_flexion_r, knee_angle_l are known")
 
 
-def _times(columns: Columns, time: int) -> tuple[list[Q], list[Diagnostic]]:
+def _times(columns: Columns, time: int, scale: Q) -> tuple[list[Q], list[Diagnostic]]:
     """The instants; an error where one is missing or not later than the one before."""
     values, found = numbers(columns, time)
     for i, t in enumerate(values):
@@ -78,10 +83,22 @@ def _times(columns: Columns, time: int) -> tuple[list[Q], list[Diagnostic]]:
         elif before is not None and t <= before:
             message = f"time does not increase: {columns.rows[i][time]} s after {columns.rows[i - 1][time]} s"
             found.append(Diagnostic("HA210", message, columns.span(i, time)))
-    return [t for t in values if t is not None], found[:5]
+    if not found and len(values) >= _MANY:
+        found += _steps(columns, time, [t * scale for t in values if t is not None])
+    return [t * scale for t in values if t is not None], found[:5]
 
 
-def _unit(values: Mapping[str, list[Q | None]], stated: Stated, default: str) -> tuple[str | None, list[Diagnostic]]:
+def _steps(columns: Columns, time: int, times: list[Q]) -> list[Diagnostic]:
+    """An error where samples are so far apart that the time is in another unit, milliseconds or percent."""
+    mean = (times[-1] - times[0]) / (len(times) - 1)
+    if mean <= _SLOWEST:
+        return []
+    message = f"samples are {float(mean):.4g} s apart on average: is the time in milliseconds, or in percent?"
+    advice = "in a .csv call the column `time [ms]` or `percent`"
+    return [Diagnostic("HA108", message, columns.spans[time], severity=Severity.ERROR, help=advice)]
+
+
+def _unit(values: Mapping[str, list[Q | None]], stated: Stated) -> tuple[str | None, list[Diagnostic]]:
     """The unit of the angles: the stated one where the size of the values allows it, else what the values show."""
     knees = [v for j in ("lk", "rk") for v in values[j] if v is not None]
     largest = max((abs(v) for vs in values.values() for v in vs if v is not None), default=Q(0))
@@ -97,8 +114,6 @@ def _unit(values: Mapping[str, list[Q | None]], stated: Stated, default: str) ->
             f"the file does not state the unit of its angles; with values up to {float(largest):.4g} they are {words}"
         )
         return shows, [Diagnostic("HA106", message, stated.span, severity=Severity.INFORMATION)]
-    if default:
-        return default, []
     message = f"the file does not state the unit of its angles, and values up to {float(largest):.3g} could be both"
     return None, [Diagnostic("HA106", message, stated.span, help="haverify fit --angles rad (or deg)")]
 

@@ -19,6 +19,9 @@ OPPOSITE = {"l": "r", "r": "l"}
 _TOLERANCE = Q(35, 100)  # of a stride, by which a cycle may be longer or shorter
 
 
+_CUT = Q(5, 100)  # of a stride: a recording that closes was cut at the heel strike so near to its ends
+
+
 @record
 class Cycle:
     """One cycle: `start` and `length` in seconds, samples as shares of it (`at[i]` in [0, 1)) with their angles.
@@ -84,6 +87,8 @@ def _folded(r: Recording, s: Stride, steps: Steps, leg: str) -> Cycle:
     length = Q(round(s.seconds * 10_000), 10_000)
     strikes = steps.of[leg].strikes
     start = next((t for t in strikes if r.times[0] <= t <= r.times[-1]), r.times[0])
+    if s.kind == "closes" and min((start - r.times[0]) % length, (r.times[0] - start) % length) <= _CUT * length:
+        start = r.times[0]
     if not strikes and s.kind == "mirrors":
         others = steps.of[OPPOSITE[leg]].strikes
         start = others[0] - length / 2 if others else start

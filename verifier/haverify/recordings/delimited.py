@@ -15,7 +15,6 @@ from haverify.recordings.columns import Columns, columns_of
 from haverify.recordings.counts import counted, has_counts
 from haverify.recordings.labels import joint_of
 from haverify.recordings.recording import Recording
-from haverify.text.record import replace
 from haverify.text.source import Source
 
 _UNIT = re.compile(r"[\[(_ ](deg|degrees|rad|radians)[\])]?$", re.IGNORECASE)
@@ -38,9 +37,7 @@ def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[
         span = columns.spans[0].to(columns.spans[-1])
         return None, [*found, Diagnostic("HA224", "no column `time` (or `percent`)", span)]
     stated = _stated(columns, angles)
-    made, more = recording(columns, time, stated)
-    if made is not None and scale != 1:
-        made = replace(made, times=tuple(t * scale for t in made.times))
+    made, more = recording(columns, time, stated, scale)
     return made, [*found, *more]
 
 

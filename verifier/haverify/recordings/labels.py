@@ -5,35 +5,28 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from haverify.recordings.recording import JOINTS
+
 _SIDES = {"l": "l", "left": "l", "r": "r", "right": "r"}
 _JOINTS = {"hip": "h", "knee": "k", "ankle": "a"}
 _PLANES = {
-    "",
-    "flexion",
-    "flex",
-    "angle",
-    "angles",
-    "flexext",
-    "sagittal",
-    "dorsiflexion",
-    "fe",
-    "value",
-    "deg",
-    "degrees",
-    "rad",
-    "radians",
-}
+    "", "flexion", "flex", "angle", "angles", "flexext", "sagittal", "dorsiflexion", "fe", "value",
+    "deg", "degrees", "rad", "radians",
+}  # fmt: skip
 
 
 def joint_of(label: str) -> str | None:
     """The joint (`lh` ... `ra`) whose sagittal angle a label names, None where it names something else.
 
-    State paths count by their coordinate: `/jointset/hip_r/hip_flexion_r/value`. Speeds do not count.
+    State paths count by their coordinate: `/jointset/hip_r/hip_flexion_r/value`. Speeds do not count. The names that
+    joints have in specs count, too.
 
     >>> [joint_of(x) for x in ("hip_flexion_r", "/jointset/knee_l/knee_angle_l/value", "hip_adduction_r", "LAnkle")]
     ['rh', 'lk', None, 'la']
     """
     words = _words(_coordinate(label))
+    if words and words[0] in JOINTS and all(w in _PLANES for w in words[1:]):
+        return words[0]
     side = [_SIDES[w] for w in words if w in _SIDES]
     joint = [_JOINTS[w] for w in words if w in _JOINTS]
     rest = [w for w in words if w not in _SIDES and w not in _JOINTS]

@@ -49,5 +49,6 @@ def _storage(source: Source, angles: str) -> Read:
             return Read(None, ground, (*found, *more))
     place = Span(source.path, 0, len(source.line(1)))
     stated = Stated(angles, f"--angles {angles}", place) if angles else Stated(header.unit, header.why, place)
-    made, more = recording(columns, 0, stated)
+    time = next((i for i, label in enumerate(columns.labels) if label.lower() == "time"), 0)
+    made, more = recording(columns, time, stated)
     return Read(made, None, (*found, *more))

@@ -56,7 +56,7 @@ def _rows(
     source: Source, lines: list[str], width: int
 ) -> tuple[tuple[Fraction, ...], list[list[float]], list[Diagnostic]]:
     """Times and coordinates, NaN where a cell is empty."""
-    times, rows, found = [], [], []
+    times, rows, found = list[Fraction](), list[list[float]](), list[Diagnostic]()
     at = sum(len(x) + 1 for x in lines[:5])
     for line in lines[5:]:
         cells = line.split("\t")
@@ -71,6 +71,9 @@ def _rows(
                     Diagnostic("HA210", "a cell of this row is no number", Span(source.path, at, at + len(line)))
                 )
             else:
+                if times and t <= times[-1]:
+                    message = f"time does not increase: {cells[1].strip()} s"
+                    found.append(Diagnostic("HA210", message, Span(source.path, at, at + len(line))))
                 times.append(t)
                 rows.append(values + [float("nan")] * (width - len(values)))
         at += len(line) + 1

@@ -57,6 +57,17 @@ class Pace:
 
 
 @record
+class Comparison:
+    """Rms differences (deg) of an output: automaton and recording, robot and automaton, robot and recording."""
+
+    output: str
+    joint: str
+    automaton_recording: float
+    robot_automaton: float
+    robot_recording: float
+
+
+@record
 class Replay:
     """What a replay found out, beside the claims in `report.json`. `samples` is how many instants were looked at."""
 
@@ -72,6 +83,7 @@ class Replay:
     checks: list[Check]
     joints: list[Joint]
     pace: Pace | None
+    compared: list[Comparison]
     notes: list[str]
     exit_code: int
 

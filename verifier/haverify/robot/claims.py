@@ -16,6 +16,7 @@ from haverify.robot.mapping import Drive, Map
 from haverify.text.record import record
 
 Q = Fraction
+MADE = "// Made by haverify replay, and written anew each time."
 
 
 @record
@@ -28,7 +29,7 @@ class Pace:
 
 def claims_text(title: str, spec: str, m: Map, robot: Robot, pace: Pace | None) -> str:
     """The claims about the joints that are driven, each joint with its own; `spec` is the path of the gait's spec."""
-    blocks = [f'spec "{title}" version "1.0"', f'import "{spec}" as gait']
+    blocks = [f'{MADE}\nspec "{title}" version "1.0"', f'import "{spec}" as gait']
     for d in m.drives:
         limits = robot.hinges[d.joint].limits
         assert limits is not None, "what is driven is a hinge"

@@ -94,9 +94,10 @@ def _piece(motion: Motion, state: State, outputs: list[str]) -> tuple[Piece, Sta
     scope = model.scope(state.mode)
     moved = {}
     for name in outputs:
-        (case,) = scope.let(name)
+        cases = scope.let(name)
+        case = cases[0]
         divisor = case.denominator.constant
-        if case.condition is not True or divisor is None:
+        if len(cases) > 1 or case.condition is not True or divisor is None:
             raise OutsideFragmentError(f"`{name}` in mode {mode.name} is no polynomial")
         p = case.numerator.scaled(1 / divisor).fix(motion.params).substitute(followed)
         moved[name] = tuple(p.univariate()) if p.variables else (p.constant or Q(0),)

@@ -24,7 +24,7 @@ _HEAD = """\
 version = 1
 """
 
-_LINE = re.compile(r'^(\w+) = ("[^\n]*"|\[[^]]*\n\])$', re.MULTILINE)
+_LINE = re.compile(r'^(\w+) = ("[^\n]*"|\[(?:\n  "[^\n]*)*\n\])$', re.MULTILINE)
 _FINDING_KEYS = ("spec", "code", "key", "text", "reason")
 
 
@@ -51,21 +51,26 @@ def read(path: Path) -> tuple[Baseline, Source]:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as e:
         raise UsageError(f"{shown}: cannot be read as a lock file: {e}") from e
-    found = _as_written(shown, text)
-    return (_parsed(shown, text) if found is None or written(found) != text else found), Source.of_text(shown, text)
+    return _as_written(shown, text) or _parsed(shown, text), Source.of_text(shown, text)
 
 
 def _as_written(shown: str, text: str) -> Baseline | None:
-    """The entries of a text that is what `written` makes of them, else anything: a guess, much faster than a parser."""
-    content: dict[str, list[dict[str, Any]]] = {}
+    """The entries of a text in the layout of `written`, in any order, else None: much faster than a parser.
+
+    What is read is a guess, which counts where writing it gives the text.
+    """
+    kinds: list[str] = []
+    content: dict[str, list[dict[str, Any]]] = {"finding": [], "refuted": []}
     try:
         for block in text.split("\n[[")[1:]:
             kind, _, lines = block.partition("]]\n")
-            entry = {key: loads(value) for key, value in _LINE.findall(lines.replace(",\n]", "\n]"))}
-            content.setdefault(kind, []).append(entry)
-        return _entries(shown, text, content)
+            content[kind].append({key: loads(value) for key, value in _LINE.findall(lines.replace(",\n]", "\n]"))})
+            kinds.append(kind)
+        found = _entries(shown, text, content)
     except (KeyError, TypeError, ValueError, RecursionError):
         return None
+    texts = {"finding": map(_finding_text, found.findings), "refuted": map(refuted_text, found.refuted)}
+    return found if "\n".join([_HEAD, *(next(texts[kind]) for kind in kinds)]) == text else None
 
 
 def _parsed(shown: str, text: str) -> Baseline:

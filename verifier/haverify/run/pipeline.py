@@ -176,7 +176,8 @@ def _report(
 ) -> report.Report:
     findings = told(e) + [finding(d, e.sources) for d in problems]
     code = exit_code(e, [j.exit_code for j in judged.values()], decided)
-    inputs = [report.InputFile(s.path, s.sha256) for s in sorted(e.sources.values(), key=lambda s: s.path)]
+    sources = sorted(e.sources.values(), key=lambda s: s.path)
+    inputs = [report.InputFile(os.path.normpath(s.path), s.sha256) for s in sources]  # `a/../b` is the checker's `b`
     inputs = [i for i in inputs if not i.path.endswith("haverify.lock")]
     said = {"budget": f"{options.budget} s", "grade": options.grade.name.lower(), "property": options.only or ""}
     if not options.crosscheck:

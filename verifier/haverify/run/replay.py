@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -16,24 +17,32 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.report import exit_codes
 from haverify.report import replay as facts
 from haverify.report.as_json import facts_as_json
-from haverify.report.report import Word
+from haverify.report.replay_page import as_page
 from haverify.robot import checks, mechanics
 from haverify.robot.body import Description
-from haverify.robot.claims import Pace, claims_text
+from haverify.robot.claims import MADE, Pace, claims_text
+from haverify.robot.comparison import Compared, compared
 from haverify.robot.cycle import Cycle, cycle_of
 from haverify.robot.enclosures import enclosed_finely
 from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
-from haverify.robot.trajectory import sampled
-from haverify.robot.verdicts import Decided, decided
+from haverify.robot.recorded import recorded
+from haverify.robot.trajectory import Trajectory, sampled
+from haverify.robot.verdicts import decided
+from haverify.run import replay_rows as rows
 from haverify.run.examine import read
 from haverify.run.load import read_text
 from haverify.run.pipeline import Options, Outcome, check
+from haverify.run.replay_pictures import pictures
+from haverify.run.replay_recording import angles_of, comparison_figure, is_recording
 from haverify.text.record import record, replace
 from haverify.text.source import Source
 
 Q = Fraction
+_COMPARISON = (
+    "Hips and knees: of the automaton (blue), as recorded, and as far as the robot can follow; rms differences in deg."
+)
 
 
 @record
@@ -70,12 +79,14 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
     if robot is None:
         return Replayed(found, sources, None, None, 0.0)
     m, found = _map(map_path or robot.map, robot, sources)
+    m = m if m is None or speed is None else replace(m, speed=speed)
+    if is_recording(path):
+        return _recording(path, robot, m, sources, found, options)
     spec, texts, more = read(path)
     sources |= texts
     found += [d for d in more if is_error(d) and is_meaningless(d)]
     if m is None or spec is None or found:
         return Replayed(found, sources, None, None, 0.0)
-    m = m if speed is None else replace(m, speed=speed)
     automaton = next((a for a in spec.automata if a.name == m.automaton), None)
     if automaton is None:
         raise UsageError(f"{path} has no automaton {m.automaton}, which {m.source.path} is made for")
@@ -86,6 +97,32 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
     except OutsideFragmentError as e:
         raise UsageError(f"{path}: {m.automaton} cannot be replayed: {e}") from e
     return replace(_replayed(_Scene(path, robot, m, spec, automaton, cycle), options), sources=sources)
+
+
+def _recording(
+    path: str, robot: Description, m: Map | None, sources: dict[str, Source], found: list[Diagnostic], options: Options
+) -> Replayed:
+    """Replay a recording: it has no phases, and everything about it is sampled."""
+    wanted = sorted({name for d in m.drives for name in d.outputs}) if m else []
+    seen = angles_of(path, wanted)
+    if seen.source is not None:
+        sources[seen.source.path] = seen.source
+    if m is None or found or seen.found:
+        return Replayed([*found, *seen.found], sources, None, None, 0.0)
+    if any(d.unit != "deg" for d in m.drives):
+        raise UsageError(f"{m.source.path} reads angles in rad, and those of a recording are in deg")
+    engine = mechanics.engine(robot)
+    started = time.process_time()
+    t = recorded(seen.times, seen.values, m, robot.robot, engine)
+    motion = mechanics.moved(engine, robot, t)
+    told = [rows.sampled_row(c, is_claimed=False) for c in checks.checked(robot, t, motion)]
+    margins = checks.margins(robot, t, motion)
+    passed = time.process_time() - started
+    result = _facts(path, robot, m, t, told, margins, exit_codes.worst([exit_codes.OK, *map(rows.code, told)]))
+    if options.report is not None:
+        options.report.mkdir(parents=True, exist_ok=True)
+        _write(options.report, result, pictures(robot, t, motion))
+    return Replayed([], sources, None, result, passed)
 
 
 def _map(path: str | None, robot: Description, sources: dict[str, Source]) -> tuple[Map | None, list[Diagnostic]]:
@@ -116,29 +153,56 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)
     outcome, written = _decided(s, pace, options)
     sure = decided(s.robot, s.map, s.cycle, enclosed_finely(s.robot, s.map, s.cycle))
-    told = [*_claims(outcome), *(_enclosed(c, s.map) for c in sure)]
-    told += [_sample(c) for c in seen if c.name not in _DECIDED]
+    told = [*rows.claim_rows(outcome), *(rows.enclosed_row(c, s.map) for c in sure)]
+    told += [rows.sampled_row(c) for c in seen if c.name not in rows.DECIDED]
     certain = _pace(pace, outcome)
-    code = exit_codes.worst([outcome.report.summary.exit_code, *map(_code, told)])
-    found = facts.Replay(
-        schema=facts.SCHEMA,
-        source=os.path.relpath(s.path),
-        robot=s.robot.robot.name,
-        map=os.path.relpath(s.map.source.path),
+    codes = [outcome.report.summary.exit_code, *map(rows.code, told)]
+    found = _facts(s.path, s.robot, s.map, t, told, margins, exit_codes.worst(codes))
+    beside = _compared(s)
+    found = replace(
+        found,
         claims=written if options.report else None,
-        speed=str(s.map.speed),
-        cycle_s=round(float(s.cycle.length / s.map.speed), 9),
-        samples=len(t.times),
-        mass_kg=float(s.robot.robot.mass),
-        checks=told,
-        joints=[facts.Joint(n, **{k: round(v, 9) for k, v in row.items()}) for n, row in margins.items()],
         pace=certain,
-        notes=_notes(s, certain),
-        exit_code=code,
+        compared=[_differences(c) for c in beside],
+        notes=_notes(s, certain) + found.notes,
     )
     if options.report is not None:
-        _write(options.report, found)
+        drawn = pictures(s.robot, t, motion)
+        if beside:
+            drawn.append((_COMPARISON, comparison_figure(beside)))
+        _write(options.report, found, drawn)
     return Replayed([], {}, outcome, found, passed)
+
+
+def _facts(
+    path: str,
+    robot: Description,
+    m: Map,
+    t: Trajectory,
+    told: list[facts.Check],
+    margins: Mapping[str, Mapping[str, float]],
+    code: int,
+) -> facts.Replay:
+    notes = ["sampled rows are what 1000 samples a second show: they prove nothing"]
+    if robot.advice:
+        notes.append(f"limits of speed and torque are placeholders: {robot.advice_because}")
+    return facts.Replay(
+        schema=facts.SCHEMA,
+        source=os.path.relpath(path),
+        robot=robot.robot.name,
+        map=os.path.relpath(m.source.path),
+        claims=None,
+        speed=str(m.speed),
+        cycle_s=round(float(t.times[-1] - t.times[0]), 9),
+        samples=len(t.times),
+        mass_kg=float(robot.robot.mass),
+        checks=told,
+        joints=[facts.Joint(n, **{k: round(v, 9) for k, v in row.items()}) for n, row in margins.items()],
+        pace=None,
+        compared=[],
+        notes=notes,
+        exit_code=code,
+    )
 
 
 def _decided(s: _Scene, pace: Pace | None, options: Options) -> tuple[Outcome, str]:
@@ -150,100 +214,11 @@ def _decided(s: _Scene, pace: Pace | None, options: Options) -> tuple[Outcome, s
         name = options.report.name if options.report else "replay"
         beside.mkdir(parents=True, exist_ok=True)
         file = beside / f"{name}.ha"
+        _require_own(file)
         there = Path(os.path.relpath(s.path, beside)).as_posix()
         title = f"{s.spec.name or Path(s.path).stem} on {s.robot.robot.name}"
         file.write_text(claims_text(title, there, s.map, s.robot.robot, pace), encoding="utf-8")
         return check(str(file), options), os.path.relpath(file)
-
-
-def _claims(outcome: Outcome) -> list[facts.Check]:
-    """The claims as rows of the table."""
-    rows = []
-    for c in outcome.report.claims:
-        margin = next((p.margin for p in c.parts if p.verdict == c.verdict and p.margin), c.margin)
-        margin = c.margin or margin
-        violated = [p for p in c.parts if p.verdict == "refuted"]
-        where = violated[0].mode if violated else ""
-        note = violated[0].facts[0] if violated and violated[0].facts else ""
-        rows.append(
-            facts.Check(
-                name=c.name,
-                what=note or "whole cycle, every param",
-                basis="checked" if c.trust == "checked" else "enclosed",
-                verdict=c.verdict,
-                expected=c.expected,
-                met=c.ok,
-                advice=False,
-                value=None,
-                limit=None,
-                margin=float(Q(margin.decimal)) if margin and not violated else None,
-                unit=margin.unit if margin else "",
-                time_s=None,
-                mode=where,
-                note=note,
-            )
-        )
-    return rows
-
-
-_DECIDED = frozenset(  # by enclosures, under names that tell more
-    ("swing sole above ground", "ground pushes", "friction cone", "zero moment point", "centre of mass over sole")
-)
-_BY_CLAIMS = frozenset(("joint position", "joint speed"))
-
-
-def _enclosed(c: Decided, m: Map) -> facts.Check:
-    expected: Word = "refuted" if c.name in m.expected else "proved"
-    verdict: Word = "proved" if c.verdict == "proved" else "refuted" if c.verdict == "refuted" else "unknown"
-    margin = c.high if verdict == "refuted" else c.low
-    return facts.Check(
-        name=c.name,
-        what=c.what,
-        basis="enclosed",
-        verdict=verdict,
-        expected=expected,
-        met=verdict == expected,
-        advice=False,
-        value=None,
-        limit=None,
-        margin=_finite(margin),
-        unit=c.unit,
-        time_s=c.start,
-        mode=c.mode,
-        note=f"the least margin lies between {c.low:.6g} and {c.high:.6g} {c.unit}",
-    )
-
-
-def _sample(c: checks.Sampled) -> facts.Check:
-    met = None if c.margin is None else bool(c.margin >= 0)
-    return facts.Check(
-        name=c.name,
-        what=c.what,
-        basis="sampled",
-        verdict="unknown",
-        expected=None,
-        met=met,
-        advice=c.name in _BY_CLAIMS or (bool(c.note) and c.name == "joint torque"),
-        value=_finite(c.value),
-        limit=c.limit,
-        margin=_finite(c.margin),
-        unit=c.unit,
-        time_s=c.time,
-        mode=c.mode,
-        note=c.note,
-    )
-
-
-def _finite(x: float | None) -> float | None:
-    return None if x is None or x != x or abs(x) == float("inf") else x
-
-
-def _code(c: facts.Check) -> int:
-    """What a check earns; samples that break a limit leave it undecided, and of claims the report says it."""
-    if c.basis == "enclosed" and c.time_s is not None:
-        return exit_codes.OK if c.met else exit_codes.UNDECIDED if c.verdict == "unknown" else exit_codes.WRONG
-    is_broken = c.basis == "sampled" and c.met is False and not c.advice
-    return exit_codes.UNDECIDED if is_broken else exit_codes.OK
 
 
 def _pace(pace: Pace | None, outcome: Outcome) -> facts.Pace | None:
@@ -263,9 +238,6 @@ def _notes(s: _Scene, pace: facts.Pace | None) -> list[str]:
     if s.cycle.params:
         said = ", ".join(f"{name} = {float(value):g}" for name, value in s.cycle.params.items())
         notes.append(f"claims hold for every value of the params; forces are enclosed and sampled for {said}")
-    notes.append("sampled rows are what 1000 samples a second show: they prove nothing")
-    if s.robot.advice:
-        notes.append(f"limits of speed and torque are placeholders: {s.robot.advice_because}")
     if not s.cycle.closes:
         notes.append("the cycle does not close: the state at its end is not that at its begin")
     return notes
@@ -275,5 +247,28 @@ def _decimal(text: str) -> str:
     return f"{float(Q(text)):.4f}"
 
 
-def _write(folder: Path, found: facts.Replay) -> None:
+def _write(folder: Path, found: facts.Replay, drawn: list[tuple[str, str]]) -> None:
     (folder / "replay.json").write_text(facts_as_json(found), encoding="utf-8")
+    (folder / "replay.html").write_text(as_page(found, drawn), encoding="utf-8")
+
+
+def _require_own(file: Path) -> None:
+    """What somebody wrote is not overwritten."""
+    problem, source = read_text(str(file))
+    if file.exists() and (problem or source is None or not source.text.startswith(MADE)):
+        raise UsageError(f"{file} is there already and was not made by replay; name another folder with --report")
+
+
+def _compared(s: _Scene) -> list[Compared]:
+    """Automaton, recording and robot side by side, where the map names a recording that can be read."""
+    if s.map.recording is None:
+        return []
+    path = os.path.normpath(os.path.join(os.path.dirname(s.map.source.path), s.map.recording))
+    wanted = sorted({name for d in s.map.drives for name in d.outputs})
+    seen = angles_of(path, wanted)
+    return compared(s.cycle, s.map, s.robot.robot, seen.times, seen.values) if seen.times else []
+
+
+def _differences(c: Compared) -> facts.Comparison:
+    one, two, three = (round(x, 6) for x in (c.fit_rms, c.robot_rms, c.whole_rms))
+    return facts.Comparison(c.output, c.joint, one, two, three)

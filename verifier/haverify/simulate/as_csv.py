@@ -16,7 +16,8 @@ def columns(model: SimulatedAutomaton) -> list[str]:
 
 def titled(model: SimulatedAutomaton, names: Sequence[str]) -> list[str]:
     """Names of variables, lets and inputs with their units."""
-    units = {x.name: x.unit for x in (*model.inputs, *model.outputs, *model.automaton.vars)}
+    units = {o.name: o.unit for o in model.outputs} | {v.name: v.unit for v in model.automaton.vars}
+    units |= {i.name: i.unit for i in model.inputs}
     return [f"{n} [{u.text}]" if (u := units[n]) is not None and u.text not in ("", "1") else n for n in names]
 
 

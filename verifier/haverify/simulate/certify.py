@@ -28,6 +28,7 @@ class Certified:
 
     run: Run | None
     reason: str = ""
+    is_close: bool = False  # enclosures exist, but do not tell
 
 
 def certified(run: SimulatedRun, claim: Claim, goal: Goal) -> Certified:
@@ -44,7 +45,9 @@ def certified(run: SimulatedRun, claim: Claim, goal: Goal) -> Certified:
         found = by_a_run(question_of(model, alone, asked))[1]
     except (OutsideFragmentError, Fault) as e:
         return Certified(None, str(e))
-    return Certified(found, "" if found else "its enclosures do not decide the claim")
+    if found is not None:
+        return Certified(found)
+    return Certified(None, "its enclosures do not decide the claim", is_close=True)
 
 
 def _pinned(run: SimulatedRun, params: tuple[Param, ...]) -> tuple[Param, ...]:

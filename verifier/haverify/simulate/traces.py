@@ -10,6 +10,9 @@ from haverify.simulate.model import SLOPE, SimulatedAutomaton
 from haverify.simulate.run import SimulatedRun
 from haverify.text.record import record
 
+Slope = tuple[float, float, float, float]  # a place and the direction there
+Places = Sequence[tuple[float, float]]
+
 MOST = 6  # quantities drawn where none are asked for
 
 

@@ -107,7 +107,8 @@ def _enclose(functions: Functions, name: str, box: Box) -> None:
         _enclose(functions, n, box)
     try:
         inside = Interval.between(*bounds(a, box))
-        value = {"sin": inside.sin, "cos": inside.cos, "exp": inside.exp}[op]()
+        named = {"sin": inside.sin, "cos": inside.cos, "exp": inside.exp, "log": inside.log, "sqrt": inside.sqrt}
+        value = Interval.at(1) / inside if op == "inv" else named[op]()
         box[name] = (Q(value.low), Q(value.high))
     except Fault:
         box[name] = (Q(-(10**300)) if op != "exp" else Q(0), Q(10**300))

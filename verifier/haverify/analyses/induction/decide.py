@@ -17,7 +17,7 @@ from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.portrait import portrait
 from haverify.analyses.induction.prove import prove
 from haverify.analyses.induction.reached import nearest, reached_text
-from haverify.analyses.induction.refutation import Start, at_once, by_jump, by_run, starts
+from haverify.analyses.induction.refutation import Exact, Start, admissible, at_once, by_jump, by_run
 from haverify.analyses.induction.refute import Effort
 from haverify.analyses.induction.written import written
 from haverify.evidence.certificate import certificate, run_json, start_json
@@ -31,7 +31,7 @@ from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.induction import Induction, Invariant, Obligation
 from haverify.obligations.obligation import Hashes, hashes
-from haverify.obligations.premises import formula_json, primitive
+from haverify.obligations.premises import formula_json, polynomial_json, primitive
 from haverify.text.record import holder
 
 Q = Fraction
@@ -40,6 +40,7 @@ Json = Any
 METHOD = "induction"
 FEW = 200  # points that are tried first
 SECONDS = 40.0  # for the search for an invariant
+MODES_SECONDS = 15.0  # where there are several modes or edges
 
 
 @holder
@@ -96,7 +97,7 @@ def _goal(
 ) -> tuple[Verdict, Json, list[PartResult]]:
     """The verdict on a goal, its entry, its parts; what a figure shows of one that is open goes to `drawn`."""
     induction.check()
-    start = next(starts(induction, more=False), None)
+    start = admissible(induction)
     if start is None:
         return Unknown("vacuous", "no admissible start was found, so nothing is shown"), {}, []
     shown = _quickly(induction)
@@ -160,7 +161,10 @@ def _quickly(induction: Induction) -> Shown:
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
     """An invariant that was found, or a candidate with all proofs that programs find; else what was shown before."""
     if not induction.claim.inductive and applies(induction):
-        return _invented(induction, seconds) or before
+        share = MODES_SECONDS / SECONDS if induction.automaton.edges else 1.0
+        found = _invented(induction, seconds * share)
+        if found is not None or not induction.automaton.edges:
+            return found or before
     shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
     return next((s for s in shown if s.is_proved()), shown[-1])
 
@@ -177,7 +181,7 @@ def _invented(induction: Induction, seconds: float) -> Shown | None:
     found = invent(induction, seconds)
     if found is None:
         return None
-    shown = attempt(induction, {found.mode: found.formula}, Effort(is_deep=True), {found.mode: found.flow})
+    shown = attempt(induction, found.formulas, Effort(is_deep=True), found.flows)
     return shown if shown.is_proved() else None
 
 
@@ -190,18 +194,26 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
         elif flows is not None and ob.mode in flows:
             proof = flows[ob.mode]
         else:
-            proof = Keeper(induction.field(ob.mode), effort, induction.functions, []).flow(ob.premises, ob.kept)
+            keeper = Keeper(induction.field(ob.mode), effort, induction.functions, [], induction.has_inputs)
+            proof = keeper.flow(ob.premises, ob.kept)
         parts.append((ob, proof))
     return Shown(induction, formulas, parts)
 
 
-def _start_json(induction: Induction, start: Start) -> Json:
+def _start_json(induction: Induction, start: Start | Exact) -> Json:
     """A start, as certificates name it."""
-    params = {n: start.point.get(n, low) for n, (low, _) in induction.params.items()}
-    return start_json(start.mode, {v.name: start.point[v.name] for v in induction.automaton.vars}, params)
+    ends = {n: low for n, (low, _) in induction.params.items()}
+    states = [v.name for v in induction.automaton.vars]
+    if isinstance(start, Start):
+        return start_json(
+            start.mode, {v: start.point[v] for v in states}, {n: start.point.get(n, ends[n]) for n in ends}
+        )
+    told = {n: polynomial_json(p) if p.constant is None else rational_text(p.constant) for n, p in start.point.items()}
+    known = {n: told.get(n, rational_text(low)) for n, low in ends.items()}
+    return {"mode": start.mode, "values": {v: told[v] for v in states}, "params": known}
 
 
-def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start) -> Json:
+def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start | Exact) -> Json:
     claim, goal = shown.induction.claim, shown.induction.goal
     told = known.goal(claim, goal, used) if used else known.goal(claim, goal)
     parts = [

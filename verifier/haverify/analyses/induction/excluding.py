@@ -99,8 +99,8 @@ def _found(induction: Induction, formulas: Invariant) -> Iterator[Mapping[str, F
     from haverify.analyses.induction.invented import applies, invent
 
     found = invent(induction, 5.0) if applies(induction) else None
-    if found is not None:
-        cuts = [f for f in members(found.formula, is_and=True) if isinstance(f, Literal)]
-        wanted = set(members(primitive(formulas[found.mode]), is_and=True))
-        yield from ({found.mode: f} for f in cuts if f not in wanted)
-        yield {found.mode: conjunction([f for f in cuts if f not in wanted])}
+    for mode, formula in ({} if found is None else found.formulas).items():
+        wanted = set(members(primitive(formulas[mode]), is_and=True))
+        cuts = [f for f in members(formula, is_and=True) if isinstance(f, Literal) and f not in wanted]
+        yield from ({mode: f} for f in cuts)
+        yield {mode: conjunction(cuts)}

@@ -1,4 +1,4 @@
-"""Invariants found for one mode: cuts of `analyses.synthesis` as a formula and the proof that the flow keeps it."""
+"""Invariants that are found: cuts of `analyses.synthesis` as formulas and the proofs that the flows keep them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from haverify.obligations.premises import formula_json
 from haverify.text.record import record
 
 if TYPE_CHECKING:
-    from haverify.analyses.synthesis.system import System
+    from haverify.analyses.synthesis.system import Cut, Hybrid, System
 
 Json = Any
 MOST_SIGHTS = 20
@@ -21,33 +21,54 @@ MOST_SIGHTS = 20
 
 @record
 class Invented:
-    """A formula for the mode, and a FLOW that keeps it."""
+    """A formula for each mode, and a FLOW that keeps it there."""
 
-    mode: str
-    formula: Formula
-    flow: Json
+    formulas: dict[str, Formula]
+    flows: dict[str, Json]
 
 
 def applies(induction: Induction) -> bool:
-    """Whether an invariant is searched for: one mode, no edges, no functions (they would be taken for constant)."""
-    return len(induction.automaton.modes) == 1 and not induction.automaton.edges and not induction.functions.known
+    """Whether an invariant is searched for: where there is nothing that would wrongly be taken for constant."""
+    return not (induction.functions.known or induction.inputs)
 
 
 def invent(induction: Induction, seconds: float) -> Invented | None:
     """Cuts that hold at all starts, are kept and imply the goal."""
     if not applies(induction):
         return None
+    from haverify.analyses.synthesis.modes import invent_modes
     from haverify.analyses.synthesis.saturate import invent as saturate
 
-    mode = induction.automaton.modes[0].name
+    modes = [m.name for m in induction.automaton.modes]
     try:
-        cuts = saturate(system_of(induction, mode), seconds)
+        if len(modes) == 1 and not induction.automaton.edges:
+            cuts = saturate(system_of(induction, modes[0]), seconds)
+            found = None if cuts is None else {modes[0]: cuts}
+        else:
+            found = invent_modes(hybrid_of(induction), seconds)
     except OverflowError:  # a number beyond the floats in which candidates are sampled
         return None
-    if cuts is None:
-        return None
-    told = [{"formula": formula_json(conjunction(cut.literals)), "start": "t", "keep": cut.rule} for cut in cuts]
-    return Invented(mode, conjunction(q for cut in cuts for q in cut.literals), {"cuts": told, "end": "t"})
+    return None if found is None else _told(found)
+
+
+def _told(found: dict[str, list[Cut]]) -> Invented:
+    """The cuts as formulas, and as flows whose starts and ends follow at a glance."""
+    flows = {}
+    for m, cuts in found.items():
+        told = [{"formula": formula_json(conjunction(cut.literals)), "start": "t", "keep": cut.rule} for cut in cuts]
+        flows[m] = {"cuts": told, "end": "t"}
+    return Invented({m: conjunction(q for cut in cuts for q in cut.literals) for m, cuts in found.items()}, flows)
+
+
+def hybrid_of(induction: Induction) -> Hybrid:
+    """What is searched for in all modes, and the edges between them."""
+    from haverify.analyses.synthesis.system import Hybrid, Jump
+
+    jumps = tuple(
+        Jump(e.source, e.target, induction.premises(*induction.jump(k)), induction.landing(k))
+        for k, e in enumerate(induction.automaton.edges)
+    )
+    return Hybrid({m.name: system_of(induction, m.name) for m in induction.automaton.modes}, jumps)
 
 
 def system_of(induction: Induction, mode: str) -> System:

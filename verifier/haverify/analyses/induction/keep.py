@@ -27,10 +27,13 @@ class Keeper:
     effort: Effort
     functions: Functions
     open: list[Formula]
+    has_inputs: bool = False  # which need have no derivative
 
     def flow(self, always: Premises, formula: Formula) -> Json | None:
         """A proof that runs with `always` at all times keep the formula."""
         formula = primitive(formula)
+        if not self._is_defined(always, formula):
+            return None
         branches = members(formula, is_and=False)
         if len(branches) > MOST_BRANCHES:
             return None
@@ -43,9 +46,17 @@ class Keeper:
             found = ["split", formula_json(branch), proof, found] if len(branches) > 1 else proof
         return found
 
+    def _is_defined(self, always: Premises, formula: Formula) -> bool:
+        """Whether roots, logarithms and inverses that are derived, or are rates, are away from where they are not."""
+        read = [(p, compare("<=", p)) for f in literals(formula) for _, p in self.functions.partial(f.polynomial)]
+        for rate in self.rates.values():
+            read += [(a, compare("<" if op == "sqrt" else "<=", a)) for op, a in self.functions.partial(rate)]
+        return all(refute(always.with_(wrong), Effort(8, 8)) is not None for wrong in dict(read).values())
+
     def _branch(self, always: Premises, start: list[Formula], kept: Formula, wanted: Formula) -> Json | None:
         """A proof that runs that begin with `start` keep a conjunction, which gives what is wanted."""
-        waiting, cuts, known = list(members(kept, is_and=True)), list[Json](), always
+        waiting = [g for f in members(kept, is_and=True) for g in self._apart(f)]
+        cuts, known = list[Json](), always
         while waiting:
             done = next(((f, rule) for f in waiting if (rule := self._rule(known, f)) is not None), None)
             if done is None:
@@ -63,6 +74,12 @@ class Keeper:
         end = prove(known.with_(negation(wanted)), self.effort)
         return None if end is None else {"cuts": cuts, "end": end}
 
+    def _apart(self, f: Formula) -> list[Formula]:
+        """An equation whose slope has inverses in it as two inequalities."""
+        if isinstance(f, Literal) and f.op == "==" and any(self.functions.partial(self._slope(f.polynomial))):
+            return [compare("<=", f.polynomial), compare(">=", f.polynomial)]
+        return [f]
+
     def _cut(self, known: Premises, start: list[Formula], f: Formula, rule: Json) -> Json | None:
         begins = "t" if rule and rule["rule"] == "always" else prove(known.with_(*start, negation(f)), self.effort)
         return None if begins is None else {"formula": formula_json(f), "start": begins, "keep": rule}
@@ -75,7 +92,8 @@ class Keeper:
         if not isinstance(f, Literal):
             return self._still(f)
         found = self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
-        return found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
+        found = found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
+        return None if found is not None and found["rule"] == "lie" and self.has_inputs else found
 
     def _slope(self, p: Polynomial) -> Polynomial:
         return self.functions.derivative(p, self.rates)
@@ -147,7 +165,7 @@ class Keeper:
     def _still(self, f: Formula) -> Json | None:
         """All polynomials of the formula are constant along the flow."""
         found = list(dict.fromkeys(whole(leaf.polynomial) for leaf in literals(f)))
-        if any(self._slope(p).whole for p in found):
+        if self.has_inputs or any(self._slope(p).whole for p in found):
             return None
         return {"rule": "lie", "ranks": [[1, [[]], []] for _ in found], "forward": "t", "backward": "t"}
 

@@ -141,3 +141,35 @@ def farthest(premises: Premises, first: Point, names: Iterable[str]) -> Iterator
                 inside, outside = (middle, outside) if is_inside else (inside, middle)
             if inside:
                 yield {**first, v: first[v] + sign * inside}
+
+
+def exactly(premises: Premises, names: Iterable[str]) -> dict[str, Polynomial] | None:
+    """Values of the names, polynomials in pi and functions of numbers, for which all entries certainly hold."""
+    wanted = sorted(names)
+    for solved in _cases(premises):
+        free = [n for n in wanted if n not in dict(solved.given)]
+        choices = [_candidates(n, solved.left.entries) for n in free]
+        for choice in islice(product(*choices), FIRST_TRIES):
+            point = {n: constant(q) for n, q in zip(free, choice, strict=True)}
+            for name, value in reversed(solved.given):
+                point[name] = premises.functions.substitute(value, point)
+            if _are_numbers(point.values(), premises.functions) and _hold(premises, point):
+                return {n: point[n] for n in wanted}
+    return None
+
+
+def _are_numbers(values: Iterable[Polynomial], functions: Functions) -> bool:
+    read = {n for p in values for n in p.variables}
+    return set(functions.support(read)) <= {"pi"} and not any(
+        op != "sqrt" and a.constant is not None and a.constant <= 0 for p in values for op, a in functions.partial(p)
+    )
+
+
+def _hold(premises: Premises, point: Mapping[str, Polynomial]) -> bool:
+    """Whether all entries certainly hold at a point that is known exactly."""
+
+    def known(leaf: Literal) -> bool | None:
+        p = premises.functions.substitute(leaf.polynomial, point)
+        return by_bounds(leaf.op, *bounds(p, enclosed(premises.functions, [Literal(leaf.op, p)], {})))
+
+    return all(truth(f, known) is True for f in premises.entries)

@@ -38,7 +38,7 @@ def rule_for(premises: Premises, kept: Formula, rates: dict[str, Polynomial], ef
 
 
 def _programs() -> Programs:
-    from haverify.solvers.positivity.levels import NUMBERS, PAIRS, SQUARES
+    from haverify.solvers.positivity.levels import AFFINE, MONOMIALS, NUMBERS, PAIRS, PRODUCTS, SQUARES
     from haverify.solvers.positivity.refute import Effort as Found
 
-    return Found((NUMBERS, SQUARES, PAIRS), process_time() + SECONDS)
+    return Found((NUMBERS, MONOMIALS, AFFINE, SQUARES, PAIRS, PRODUCTS), process_time() + SECONDS)

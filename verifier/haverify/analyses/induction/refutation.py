@@ -7,10 +7,11 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
-from haverify.analyses.induction.points import TRIES, Point, certainly, farthest, satisfying
+from haverify.analyses.induction.points import TRIES, Point, certainly, exactly, farthest, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
 from haverify.analyses.synthesis.starts import exact_points
 from haverify.evidence.run import Run
+from haverify.maths.polynomial import Polynomial
 from haverify.model.expression import TRUE, Expr
 from haverify.model.hybrid import Assign, Init, Param, Range
 from haverify.obligations.formula import Formula, negation
@@ -41,7 +42,31 @@ def names_of(induction: Induction) -> list[str]:
     return [
         *(v.name for v in induction.automaton.vars),
         *(n for n, (low, high) in induction.params.items() if low < high),
+        *induction.inputs,
     ]
+
+
+@record
+class Exact:
+    """An admissible start with values that are no rationals: polynomials in pi and functions of numbers."""
+
+    mode: str
+    point: dict[str, Polynomial]
+
+
+def admissible(induction: Induction) -> Start | Exact | None:
+    """An admissible start, None where none was found."""
+    found = next(starts(induction, more=False), None)
+    if found is not None:
+        return found
+    names = [*names_of(induction), "time"]
+    for line, mode, _ in induction.lines():
+        windows = [f for v in induction.automaton.vars for f in induction.window(v.name)]
+        told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
+        point = exactly(told, names)
+        if point is not None:
+            return Exact(mode, point)
+    return None
 
 
 def starts(induction: Induction, more: bool = True) -> Iterator[Start]:
@@ -118,7 +143,7 @@ def ways(induction: Induction) -> Iterator[Way]:
         told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
         yield Way(mode, None, told, induction.formula(denial, mode))
         for k, edge in enumerate(induction.automaton.edges):
-            if edge.source == mode and most != 0:
+            if edge.source == mode and most != 0 and not induction.inputs:
                 guard = induction.formula(edge.guard, mode)  # as written, also where the edge is urgent
                 after = [induction.after(f, k) for f in windows]
                 wrong = induction.after(induction.formula(denial, edge.target), k)
@@ -144,7 +169,7 @@ def _at_border(induction: Induction, way: Way, names: list[str]) -> Point | None
 
 def by_run(induction: Induction) -> Run | None:
     """A run inside of one mode whose flowpipe certainly violates the goal."""
-    if induction.using or induction.claim.assume or induction.spec.assumptions:
+    if induction.inputs or induction.using or induction.claim.assume or induction.spec.assumptions:
         return None
     tried = 0
     for span in (induction.limit,) if induction.limit is not None else SPANS:

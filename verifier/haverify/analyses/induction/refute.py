@@ -6,9 +6,11 @@ from typing import Any
 
 from haverify.analyses.induction.boxes import on_boxes
 from haverify.analyses.induction.identities import cancelled, glance
+from haverify.analyses.induction.inverses import reduced
 from haverify.analyses.induction.signs import absurd
 from haverify.maths.polynomial import Polynomial
 from haverify.obligations.formula import Junction, Literal
+from haverify.obligations.functions import PARTIAL, SERIES
 from haverify.obligations.induction import names_of
 from haverify.obligations.premises import Premises, formula_json
 from haverify.text.record import record
@@ -34,6 +36,17 @@ def refute(premises: Premises, effort: Effort) -> Json | None:
         i, name, value = put
         inner = refute(premises.mapped({name: value}), effort)
         return None if inner is None else ["put", i, name, inner]
+    told = _meaning(premises)
+    if told is not None:
+        inner = refute(premises.with_(premises.functions.meaning(told)), effort)
+        return None if inner is None else ["fact", "meaning", told, inner]
+    product = reduced(premises)
+    if product is not None:
+        formula, proof = product
+        if formula is False:
+            return proof
+        inner = refute(premises.with_(formula), effort)
+        return None if inner is None else ["cut", formula_json(formula), inner, proof]
     pinned = _pinned(premises)
     if pinned is not None:
         inner = refute(premises.with_(pinned), effort)
@@ -47,11 +60,22 @@ def refute(premises: Premises, effort: Effort) -> Json | None:
     return found or _cases(premises, effort) or on_boxes(premises, effort.leaves) or _with_series(premises, effort)
 
 
+def _meaning(premises: Premises) -> str | None:
+    """A root, a logarithm or an inverse of which nothing has been said yet."""
+    known = premises.functions.known
+    read = {n for f in premises.entries for n in names_of(f) if n in known and known[n][0] in PARTIAL}
+    size = len(premises.entries)
+    new = (n for n in sorted(read) if len(premises.with_(premises.functions.meaning(n)).entries) > size)
+    return next(new, None)
+
+
 def _with_series(premises: Premises, effort: Effort) -> Json | None:
     """The same with the first bounds of the series of functions, where there are new ones."""
     told = premises
     steps: list[tuple[str, int]] = []
-    for name in sorted({n for f in premises.entries for n in names_of(f) if n in premises.functions.known}):
+    for name in sorted(
+        {n for f in premises.entries for n in names_of(f) if premises.functions.known.get(n, (None,))[0] in SERIES}
+    ):
         for n in (2,) if name.startswith("exp") else (1, 2):
             more = told.with_(premises.functions.series(name, n))
             steps += [(name, n)] if len(more.entries) > len(told.entries) else []

@@ -14,12 +14,20 @@ Vector = list[float]
 Compiled = Callable[[Vector], float]
 HUGE = 1e8
 NEAR = 1e-7
+FLOATS: dict[str, Callable[[float], float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "exp": math.exp,
+    "log": lambda x: math.log(x) if x > 0 else math.nan,
+    "sqrt": lambda x: math.sqrt(x) if x >= 0 else math.nan,
+    "inv": lambda x: 1 / x if x else math.nan,
+}
 
 
 def compiled(p: Polynomial, names: Sequence[str], functions: Functions) -> Compiled:
     """A polynomial in names and functions of them, in floats."""
     text = _text(p, {n: f"v[{k}]" for k, n in enumerate(names)}, functions)
-    return eval(f"lambda v: {text}", {"sin": math.sin, "cos": math.cos, "exp": math.exp})  # type: ignore[no-any-return]
+    return eval(f"lambda v: {text}", dict(FLOATS))  # type: ignore[no-any-return]
 
 
 def _text(p: Polynomial, places: Mapping[str, str], functions: Functions) -> str:
@@ -62,7 +70,7 @@ def walk(
             speed = max(abs(a) / (1 + abs(x)) for a, x in zip(slope, point, strict=True))
             step = min(until - time, until / 50, 0.02 / max(speed, 1e-6))
             point = _step(rates, point, slope, step)
-        except (OverflowError, ValueError):
+        except (ArithmeticError, ValueError):
             return
         time += max(step, 1e-12)
         if not all(abs(x) < HUGE for x in point):

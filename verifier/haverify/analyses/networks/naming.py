@@ -57,6 +57,7 @@ class Place:
     prefix: str = ""
     outer: Place | None = None
     bindings: Sequence[Json] = ()
+    is_open: bool = False  # whether params and inputs that nothing binds keep a name, that of their owner before it
 
     def __post_init__(self) -> None:
         self.bound = {b["name"]: b for b in self.bindings}
@@ -64,10 +65,10 @@ class Place:
         models = {m["name"]: m for m in [*self.core["automata"], *self.core["systems"]]}
         for p in self.model.get("parts", ()):
             _require_own(models[p["of"]], p)
-        self.parts = {
-            p["name"]: Place(self.core, models[p["of"]], f"{self.prefix}{p['name']}.", self, p["bindings"])
-            for p in self.model.get("parts", ())
-        }
+        self.parts = {p["name"]: self._part(models[p["of"]], p) for p in self.model.get("parts", ())}
+
+    def _part(self, model: Json, p: Json) -> Place:
+        return Place(self.core, model, f"{self.prefix}{p['name']}.", self, p["bindings"], self.is_open)
 
     @property
     def is_automaton(self) -> bool:
@@ -112,6 +113,9 @@ class Place:
             raise OutsideFragmentError(
                 f"`{name}` of part {self.prefix[:-1]} is bound to a range; systems need one value"
             )
+        if self.is_open and kind in ("param", "input"):
+            own = {x["name"] for x in self.model[f"{kind}s"]}
+            return [kind, (self.prefix if name in own else "") + name]
         found = self.constants.get(name)
         if kind != "const" or found is None or isinstance(found["value"], dict):
             word = {"const": "the interval constant", "param": "the param"}.get(kind, "the input")

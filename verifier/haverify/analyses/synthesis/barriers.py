@@ -58,7 +58,7 @@ def barrier(
         unknowns.append(Free((BARRIER, m), m * tags[0] - m * tags[1] - flow * tags[2]))
     cones = []
     for k, (tag, premises) in enumerate(zip(tags, (start, unsafe, domain), strict=True)):
-        cones += _cones(k, tag, [_moved(q, there) for q in premises], core, shape)
+        cones += cones_of(k, tag, [_moved(q, there) for q in premises], core, shape, is_flow=k == 2)
     free = [*unknowns, *(c for c in cones if isinstance(c, Free))]
     only = [c for c in cones if isinstance(c, Cone)]
     size = sum(len(c.basis) * (len(c.basis) + 1) // 2 for c in only)
@@ -68,7 +68,7 @@ def barrier(
     numbers = semidefinite.approximate(Ansatz(target, tuple(free), tuple(only)), seconds)
     if numbers is None:
         return None
-    return _rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
+    return rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
 
 
 def trap(
@@ -84,18 +84,21 @@ def trap(
     unknowns += [Free((BARRIER, constant(1)), -flow), Free((BARRIER - 1, constant(1)), -size)]
     top = max([2, *(degree_in(derivative(m, moved), set(core)) for m in basis)])
     shape = Shape(2, top, rate)
-    cones = [*_cones(0, size, [], core, shape), *_cones(2, flow, [_moved(q, there) for q in domain], core, shape)]
+    cones = [
+        *cones_of(0, size, [], core, shape, is_flow=False),
+        *cones_of(2, flow, [_moved(q, there) for q in domain], core, shape, is_flow=True),
+    ]
     wanted = total(variable(v) * variable(v) for v in core) * size
     free, only = [f for f in cones if isinstance(f, Free)], [c for c in cones if isinstance(c, Cone)]
     if len(basis) > 100 or sum(len(c.basis) ** 2 for c in only) > 2 * MOST_ENTRIES:
         return None
     numbers = semidefinite.approximate(Ansatz(wanted, (*unknowns, *free), tuple(only)), seconds)
-    return None if numbers is None else _rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
+    return None if numbers is None else rounded([(m, numbers.get((BARRIER, m), 0.0)) for m in basis], back)
 
 
-def _rounded(found: Sequence[tuple[Polynomial, float]], back: Field) -> Polynomial | None:
-    """The sum with coefficients rounded to 12 bits of the largest one, in the coordinates of the system."""
-    largest = max(abs(c) for _, c in found)
+def rounded(found: Sequence[tuple[Polynomial, float]], back: Field, largest: float = 0.0) -> Polynomial | None:
+    """The sum with coefficients rounded to 12 bits of the largest one (of several sums), in the system's names."""
+    largest = largest or max(abs(c) for _, c in found)
     if not largest > 1e-9:
         return None
     return total(m.scaled(Fraction(round(c / largest * 2**12), 2**12)) for m, c in found).substitute(back)
@@ -114,11 +117,11 @@ def _moved(q: Literal, there: dict[str, Polynomial]) -> Literal:
     return Literal(q.op, q.polynomial.substitute(there))
 
 
-def _cones(
-    k: int, tag: Polynomial, premises: Sequence[Literal], names: tuple[str, ...], shape: Shape
+def cones_of(
+    k: int, tag: Polynomial, premises: Sequence[Literal], names: tuple[str, ...], shape: Shape, *, is_flow: bool
 ) -> list[Cone | Free]:
     """Sums of squares times premises, and multiples of equations, in identity k."""
-    degree = shape.multipliers if k == 2 else max([shape.degree, *(q.polynomial.total_degree() for q in premises)])
+    degree = shape.multipliers if is_flow else max([shape.degree, *(q.polynomial.total_degree() for q in premises)])
     degree += degree % 2
     found: list[Cone | Free] = [Cone((k,), tag, tuple(monomials(names, degree // 2)))]
     for i, p in enumerate(
@@ -140,7 +143,7 @@ def _squeezed(bounds: Sequence[Polynomial]) -> list[Polynomial]:
     left = list(dict.fromkeys(bounds))[-MOST_PREMISES:]
     while left:
         p = left.pop(0)
-        other = next((q for q in left if (p + q).constant is not None), None)
+        other = next((q for q in left if ((p + q).constant or 0) > 0), None)
         if other is not None and p.total_degree() == 1:
             left.remove(other)
             found.append(p * other)

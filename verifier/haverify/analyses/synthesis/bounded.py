@@ -111,6 +111,7 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
             yield simple_between(top, unsafe[0])
             yield simple_between(top, top + (unsafe[0] - top) / 4)
     yield simple_between(top + spread / 50, top + spread / 10)
+    yield simple_between(top + spread / 8, top + spread / 4)
 
 
 def boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from haverify.analyses.synthesis.samples import Samples, compiled
+from haverify.analyses.synthesis.samples import Samples, compiled, holds
 from haverify.analyses.synthesis.system import System
 from haverify.maths.polynomial import ZERO, Polynomial, constant, total, variable
-from haverify.obligations.formula import Literal, literals
+from haverify.obligations.formula import Formula, Literal, literals
 from haverify.obligations.premises import whole
 
 TALL = 1e4
@@ -90,6 +90,15 @@ def fits(q: Literal, samples: Samples) -> bool:
     if q.op == "==":
         return bool(numpy.all(abs(value) <= 1e-4 * size + room))
     return q.op == "!=" or bool(numpy.all(value <= FIT * size + room))
+
+
+def leaves(goal: Formula, samples: Samples) -> bool:
+    """Whether a sampled state clearly violates the goal, as far as floats can tell: then there is nothing to search."""
+    import numpy
+
+    states = samples.states
+    states = states[numpy.abs(states).max(axis=1, initial=0) < TALL]
+    return not bool(numpy.all(holds(goal, states, samples.names, FIT)))
 
 
 def says_nothing(q: Literal, samples: Samples) -> bool:

@@ -102,9 +102,10 @@ def _guesses(
     b = numpy.stack([_dense(x, size, n) for x in products])
     random = numpy.random.default_rng(5)
     for _ in range(tries):
-        p = random.standard_normal(n)
-        c = numpy.linalg.lstsq((b @ p).T, a @ p, rcond=None)[0] if k else random.standard_normal(k)
-        found = _newton(a, b, p, c, random.standard_normal(n))
+        p, c, normal = random.standard_normal(n), random.standard_normal(k) * 2, random.standard_normal(n)
+        found = _newton(a, b, p, c, normal)
+        if found is None and k:  # once more from the cofactor that fits the first guess best
+            found = _newton(a, b, p, numpy.linalg.lstsq((b @ p).T, a @ p, rcond=None)[0], normal)
         if found is not None:
             yield [Fraction(float(c)).limit_denominator(24) for c in found]
 

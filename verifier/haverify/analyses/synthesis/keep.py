@@ -105,7 +105,9 @@ def _growth_rule(given: Premises, excess: Polynomial, cofactor: Polynomial, cone
     """The rule, its proof an identity whose strict premise is `excess > 0`."""
     known = given.with_(at_zero("<", -excess))
     proof: Any = "t"
-    if not is_absurd(known.entries):
+    if (excess.constant or 0) > 0:  # the premises themselves have no common point
+        proof = Identity(cones, ideal, excess.constant or Fraction(0), ()).proof()
+    elif not is_absurd(known.entries):
         place = next(i for i, e in enumerate(known.entries) if is_multiple(e, -excess))
         last = known.entries[place]
         assert isinstance(last, Literal)

@@ -95,9 +95,17 @@ def inside(literals: Sequence[Literal], names: Sequence[str], count: int, seed: 
     low, high = _ranges(literals, names)
     points = low + (high - low) * random.random((4 * count, len(names)))
     points[0] = (low + high) / 2
-    corners = points[1 : 1 + count]
+    corners = points[1 : 1 + count // 2]
     corners[:] = numpy.where(random.random(corners.shape) < 0.5, low, high)  # what is extreme there is often so
     random.shuffle(points[1:])
+    points, good = moved(literals, names, points)
+    return points[good][:count]
+
+
+def moved(literals: Sequence[Literal], names: Sequence[str], points: Any) -> tuple[Any, Any]:
+    """The points moved by Gauss-Newton steps until the literals hold, and which of them came to that."""
+    import numpy
+
     value = [compiled(q.polynomial, names) for q in literals]
     slopes = [[compiled(q.polynomial.derivative(v), names) for v in names] for q in literals]
     for _ in range(40):
@@ -113,12 +121,12 @@ def inside(literals: Sequence[Literal], names: Sequence[str], count: int, seed: 
                 continue
             points = points - (off / square)[:, None] * gradient
             worst = numpy.maximum(worst, abs(off))
-        if worst.max() < 1e-12:
+        if worst.max(initial=0) < 1e-12:
             break
     good = numpy.all(numpy.isfinite(points), axis=1)
     for q in literals:
         good &= holds(q, points, names, 1e-9)
-    return points[good][:count]
+    return points, good
 
 
 def _ranges(literals: Sequence[Literal], names: Sequence[str]) -> tuple[Any, Any]:

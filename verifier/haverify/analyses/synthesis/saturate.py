@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from time import process_time
 
 from haverify.analyses.synthesis.bounded import boxes, decreasing, integrals, rounds, traps
+from haverify.analyses.synthesis.candidates import leaves
 from haverify.analyses.synthesis.keep import keep
 from haverify.analyses.synthesis.samples import Samples, sample
 from haverify.analyses.synthesis.search import CHEAP, DEAR, MEDIUM, Search, linked_names
@@ -67,6 +68,8 @@ def _restricted(system: System, names: set[str], goal: Sequence[Formula]) -> Sys
 def _cuts(system: System, seconds: float) -> list[Cut] | None:
     unsafe = [negation(g) for g in members(system.goal, is_and=True)]
     search = Search(system, sample(system), process_time() + seconds, [], set(), [], unsafe)
+    if leaves(system.goal, search.samples):
+        return None
     end = search.until
     for stage, levels, share in STAGES:
         search.until = min(end, process_time() + share * seconds)

@@ -30,3 +30,21 @@ class Cut:
 
     literals: tuple[Literal, ...]
     rule: dict[str, Any]
+
+
+@record
+class Jump:
+    """An edge: what holds when it is taken, and the values that it gives to names."""
+
+    source: str
+    target: str
+    known: Premises
+    landing: dict[str, Polynomial]
+
+
+@record
+class Hybrid:
+    """The systems of the modes, and the edges between them."""
+
+    systems: dict[str, System]
+    jumps: tuple[Jump, ...]

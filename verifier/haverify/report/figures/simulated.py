@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from haverify.report.figures import svg
+from haverify.simulate.traces import Slope, Trace
 from haverify.text.record import record
 
 WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP, FOOT = 680.0, 62.0, 16.0, 42.0, 112.0, 26.0, 42.0
@@ -15,16 +16,7 @@ SQUARE = 470.0
 ARROWS = 19
 
 
-@record
-class Stay:
-    """A stay of a run in a mode: instants, and for each quantity its values there."""
-
-    mode: str
-    times: Sequence[float]
-    values: Sequence[Sequence[float]]
-
-
-Run = Sequence[Stay]
+Run = Sequence[Trace]
 
 
 @record
@@ -115,9 +107,6 @@ def _time_axis(span: tuple[float, float], y: float) -> list[str]:
         parts.append(svg.line((x, y), (x, y + 4), "tick"))
         parts.append(svg.label(x, y + 17, svg.tick_text(value), "tick", "m"))
     return parts
-
-
-Slope = tuple[float, float, float, float]  # a place and the direction there
 
 
 def in_plane(names: tuple[str, str], runs: Sequence[Run], slopes: Sequence[Slope], title: str) -> str:

@@ -1,0 +1,177 @@
+"""Cycles, claims, the greatest pace, recordings: what a replay is made of."""
+
+import math
+import sys
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from tests.unit.robot.scene import FOLDER, ROOT, changed, cycle, engine, gait_map, moved, robot
+
+from haverify.cli import main
+from haverify.errors import UsageError
+from haverify.robot import mechanics
+from haverify.robot.checks import margins
+from haverify.robot.claims import angle_text, claims_text
+from haverify.robot.comparison import compared
+from haverify.robot.pace import greatest_pace
+from haverify.robot.recorded import recorded
+from haverify.robot.trajectory import sampled
+from haverify.run.replay_recording import angles_of
+from haverify.text.record import replace
+
+Q = Fraction
+WALK = str(ROOT / "models" / "walks" / "subject01_walk1_ik.mot")
+
+
+def test_a_cycle_is_the_seven_phases_of_1_2_s():
+    assert [p.mode for p in cycle().pieces] == ["LR", "MST", "TS", "PS", "IS", "MSW", "TSW"]
+    assert cycle().length == Q(6, 5)
+    assert cycle().closes and cycle().pace_only and cycle().fastest == Q(11, 10)
+
+
+def test_the_printed_range_of_the_knee_is_outside_the_robots():
+    """The source prints -68.3523 deg .. 3.2090 deg for the knee; the robot's, in the same sign, is -130 .. 1."""
+    limits = robot().robot.hinges["l_knee_pitch"].limits
+    upper = -math.degrees(limits.lower)
+    assert upper == pytest.approx(1) and upper - 3.2090 == pytest.approx(-2.209)
+
+
+def test_speeds_and_accelerations_are_derivatives_of_angles():
+    t = sampled(cycle(), gait_map("gait_mended.toml"), robot().robot)
+    inner = np.array([a == b for a, b in zip(t.modes[:-2], t.modes[2:], strict=True)])
+    for values, rates in ((t.q, t.v), (t.v, t.a)):
+        step = (t.times[2:] - t.times[:-2])[inner, None]
+        slope = (values[2:] - values[:-2])[inner] / step
+        assert np.abs(slope - rates[1:-1][inner]).max() <= 2e-3 * (1 + np.abs(rates).max())
+
+
+def test_the_stance_sole_rests_and_the_ground_carries_the_weight():
+    slow = replace(gait_map("gait_mended.toml"), speed=Q(1, 1000))
+    t, m = moved(slow, 1)
+    assert m.slip.max() < 1e-12
+    assert m.wrench[:, 2] == pytest.approx(float(robot().robot.mass) * 9.81, rel=1e-5)
+    for side in ("left", "right"):
+        chosen = np.array(t.stance) == side
+        assert np.abs(m.feet[side][chosen][:, :, 2]).max() < 1e-12
+
+
+def test_static_torques_are_those_known_of_a_crouch():
+    """On the left foot, hips -20, knees 40, ankles -20 deg, at rest: 2.7 N m at both rolls, 1.7 at the knee."""
+    posture = {name: Q(0) for name in robot().robot.hinges} | {"l_shoulder_pitch": Q(90), "r_shoulder_pitch": Q(90)}
+    for side in "lr":
+        posture |= {f"{side}_hip_pitch": Q(-20), f"{side}_knee_pitch": Q(40), f"{side}_ankle_pitch": Q(-20)}
+    still = replace(gait_map(), drives=(), posture=posture, sway=None, stance=dict.fromkeys(gait_map().stance, "left"))
+    t, m = moved(still, 1)
+    torque = dict(zip(t.joints, np.abs(m.torque[0]), strict=True))
+    known = {"l_hip_roll": 2.75, "l_hip_pitch": 0.35, "l_knee_pitch": 1.73, "l_ankle_pitch": 0.56, "l_ankle_roll": 2.73}
+    assert {n: torque[n] for n in known} == pytest.approx(known, abs=0.05)
+
+
+def test_the_greatest_pace_is_where_the_fastest_joint_meets_its_limit():
+    pace = greatest_pace(cycle(), gait_map(), robot().robot)
+    t = sampled(cycle(), gait_map(), robot().robot)
+    fastest = np.abs(t.v).max() * 1.1
+    assert pace.proved == Q("0.4665") and pace.refuted == Q("0.4666")
+    assert float(pace.proved) <= 5 / fastest < float(pace.refuted)
+
+
+def test_accelerations_count_where_they_have_a_limit():
+    m = replace(gait_map(), acceleration=Q(20))
+    pace = greatest_pace(cycle(), m, robot().robot)
+    t = sampled(cycle(), m, robot().robot)
+    most = math.sqrt(20 / np.abs(t.a).max()) / 1.1
+    assert pace.proved < Q("0.4665") and float(pace.proved) == pytest.approx(most, abs=2e-4)
+    text = claims_text("x", "g.ha", m, robot().robot, pace)
+    assert "der(der(lk))) <= 20 rad/s^2" in text and text.count("property acceleration_") == 6
+
+
+def test_a_limit_is_told_in_whole_degrees_where_it_was_meant_so():
+    assert angle_text(Q(repr(math.radians(130)))) == "130 deg"
+    assert angle_text(Q("0.5")) == "0.5 rad"
+
+
+def test_margins_of_the_joints_that_move():
+    t, m = moved(gait_map(), 500)
+    table = margins(robot(), t, m)
+    assert set(table) == {d.joint for d in gait_map().drives}
+    assert table["l_knee_pitch"]["position"] == pytest.approx(-2.319, abs=1e-3)
+
+
+def test_hips_and_knees_beside_the_recording():
+    """The fits follow the recording to about half a degree; the robot's left knee misses 0.6 deg of them."""
+    seen = angles_of(WALK, ["lh", "rh", "lk", "rk"])
+    rows = {c.output: c for c in compared(cycle(), gait_map(), robot().robot, seen.times, seen.values)}
+    assert set(rows) == {"lh", "rh", "lk", "rk"}
+    assert all(c.fit_rms < 0.6 for c in rows.values())
+    assert rows["lh"].robot_rms == rows["rh"].robot_rms == 0
+    assert rows["lk"].robot_rms == pytest.approx(0.56, abs=0.02)
+    assert max(v for _, v in rows["lk"].robot) == pytest.approx(1)
+
+
+def test_a_recording_stands_on_the_lower_foot():
+    wanted = ["lh", "rh", "lk", "rk", "la", "ra"]
+    seen = angles_of(WALK, wanted)
+    t = recorded(seen.times, seen.values, gait_map(), robot().robot, engine(), 200)
+    sides = [a for a, b in zip(t.stance, ["", *t.stance], strict=False) if a != b]
+    assert sides == ["left", "right", "left"]
+    knee = np.degrees(t.q[0, t.joints.index("l_knee_pitch")])
+    assert knee == pytest.approx(-seen.values["lk"][0])
+
+
+def test_a_recording_with_a_gap_or_without_a_joint_is_refused(tmp_path):
+    text = (ROOT / "models" / "walks" / "subject01_walk1_ik.mot").read_text()
+    lines = text.splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("time"))
+    column = lines[start].split("\t").index("knee_angle_l")
+    cells = lines[start + 5].split("\t")
+    cells[column] = "nan"
+    path = tmp_path / "gap.mot"
+    path.write_text("\n".join([*lines[: start + 5], "\t".join(cells), *lines[start + 6 :]]))
+    found = angles_of(str(path), ["lk"]).found
+    assert found and all(d.code.startswith("HA") for d in found)
+    assert angles_of(str(tmp_path / "none.mot"), ["lk"]).found[0].code == "HA006"
+
+
+def test_an_output_in_rad_has_no_offset_in_deg():
+    text = (FOLDER / "gait.toml").read_text().replace('unit = "deg"', 'unit = "rad"\noffset = 1', 1)
+    assert [d.code for d in changed(text)[1]] == ["HA101"]
+
+
+def test_without_pinocchio_the_command_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    monkeypatch.chdir(ROOT)
+    assert main(["replay", "spec/gait.ha", "--robot", "models/hoap2", "--no-report"]) == 2
+    assert "pip install 'haverify[robot]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["spec/none.ha"], "none.ha"),
+        (["spec/gait.ha", "--map", "none.toml"], "cannot read none.toml"),
+        (["spec/gait.ha", "--speed", "0"], "positive number"),
+        (["spec/leg_ca.ha"], "has no automaton Gait"),
+    ],
+)
+def test_a_call_that_cannot_be_understood(arguments, said, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    assert main(["replay", *arguments, "--robot", "models/hoap2", "--no-report"]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_what_somebody_wrote_is_not_overwritten(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    (tmp_path / "own.ha").write_text("spec\n")
+    call = ["replay", "spec/gait.ha", "--robot", "models/hoap2", "--report", str(tmp_path / "own")]
+    assert main(call) == 2
+    assert (tmp_path / "own.ha").read_text() == "spec\n"
+    assert "not made by replay" in capsys.readouterr().err
+
+
+def test_a_shape_that_pinocchio_cannot_read_is_said(tmp_path):
+    text = (FOLDER / "hoap2.urdf").read_text().replace('<sphere radius="0.038"/>', '<mesh filename="none.stl"/>')
+    path = tmp_path / "mesh.urdf"
+    path.write_text(text)
+    with pytest.raises(UsageError, match="Pinocchio cannot read"):
+        mechanics.engine(replace(robot(), urdf=str(path)))
