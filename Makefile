@@ -14,7 +14,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # Times of files can lie (a restored backup, a library deleted by hand); interval.py compares contents.
 FRESH := $(shell $(BIN)/python -c 'import haverify.maths.interval' 2>/dev/null && echo yes)
 
-.PHONY: all demo test lint bench bench-reach bench-invariants soak clean stale
+.PHONY: all demo test lint bench bench-reach bench-sim bench-invariants soak clean stale
 all: $(STAMP)
 
 # Python edits apply at once; an edit of the kernel makes the stamp old, and interval.py refuses an old kernel.
@@ -51,6 +51,11 @@ bench: $(STAMP)
 bench-reach: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/python -m tests.bench.reach
+
+# Simulated runs beside scipy: errors and speed, half a minute.
+bench-sim: $(STAMP)
+	@$(BIN)/python -m compileall -q verifier
+	$(BIN)/python -m tests.bench.simulation
 
 # Continuous safety problems; `make bench-invariants PROBLEMS="--seconds 20 --only nl_0"` for some of them, with less time.
 bench-invariants: $(STAMP)

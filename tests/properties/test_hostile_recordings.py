@@ -36,7 +36,7 @@ def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
     chance = random.Random(7)
     text = (WALKS / name).read_text(encoding="utf-8")
     codes = set()
-    for _ in range(12):
+    for _ in range(8):
         path = tmp_path / name
         path.write_text(damaged(text, chance), encoding="utf-8")
         codes.add(main(["fit", str(path), "-o", str(tmp_path / "walk.ha")]))

@@ -29,8 +29,8 @@ class Model:
 
     def __init__(self, scope: Scope) -> None:
         self.scope, self.a, self.edges = scope, scope.automaton, scope.automaton["edges"]
-        if self.a["inputs"] or self.a["priorities"]:
-            raise Beyond("automata with inputs or priorities")
+        if self.a["priorities"]:
+            raise Beyond("automata with priorities")
         self.leaving: dict[str, list[int]] = {m: [] for m in scope.modes}
         for k, e in enumerate(self.edges):
             self.leaving[e["source"]].append(k)

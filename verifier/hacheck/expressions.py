@@ -141,6 +141,8 @@ class Instant:
             return self._lets[key]
         if op == "time" and self.mode is not None:
             return [(False, var("time"), ONE) if scope.rho is None else (False, var("@sigma"), scope.rho)]
+        if op == "input":
+            return [(False, scope.input(str(args[0])), ONE)]
         if op in ("pi", "sym"):
             return [(False, var("pi") if op == "pi" else const(scope.ordinal(*args)), ONE)]
         known = self.env if op == "var" or (op == "param" and args[0] in self.env) else scope.params

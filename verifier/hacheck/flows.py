@@ -17,8 +17,8 @@ MAX_RANK = 12
 class Flow:
     """One mode: what is known at all times there, and the rates of its variables."""
 
-    def __init__(self, always: Premises, rates: dict[str, Poly], names: set[str]) -> None:
-        self.always, self.rates, self.names = always, rates, names
+    def __init__(self, always: Premises, rates: dict[str, Poly], names: set[str], has_inputs: bool = False) -> None:
+        self.always, self.rates, self.names, self.has_inputs = always, rates, names, has_inputs
         self._seen = set[Any]()
 
     def given(self, value: Json) -> Formula:
@@ -136,6 +136,8 @@ class Flow:
 
     def lie(self, known: Premises, f: Formula, keep: Json) -> None:
         """What holds now holds for a while, and what held for a while holds now, as derivatives tell."""
+        if self.has_inputs:  # which need have no derivative
+            raise Refused("derivatives of inputs")
         ordered = list(dict.fromkeys(_hashable(p) for _, p in literals(f)))
         if len(ordered) != len(keep["ranks"]):
             raise Refused("a rank is missing")

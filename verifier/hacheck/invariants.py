@@ -29,11 +29,20 @@ class FlowScope(Scope):
     def __init__(self, core: Any, automaton: Json) -> None:
         self.functions = Functions()
         super().__init__(core, automaton, False)
-        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges)):
+        self.inputs: dict[str, Json] = {i["name"]: i for i in [*core.data["inputs"], *automaton["inputs"]]}
+        bad = any("'" in n or n in {*self.types, *self.ranges, "pi", "time"} for n in self.inputs)
+        if bad or any(i["type"] != "real" or i["low"] is None or i["high"] is None for i in self.inputs.values()):
+            raise Beyond("an input without two bounds, or with a name that means something else")
+        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges, *self.inputs)):
             raise Beyond("a name that could be that of a function, or a part of one")
 
     def function(self, op: str, a: Poly) -> Poly:
         return self.functions.apply(op, a)
+
+    def input(self, name: str) -> Poly:
+        if name not in self.inputs:
+            raise Refused("there is no such input")
+        return var(name)
 
     @property
     def rho(self) -> None:
@@ -110,6 +119,10 @@ class Induction:
         conditions = [g["condition"] for g in self.used]
         if any(n[0] in EVENTS for n in nodes([self.goal, *question.assume, *conditions])):
             raise Beyond("an invariant about what just happened")
+        said = [self.goal, *question.assume, *conditions, self.a["lets"], self.a["init"]]
+        said += [part for m in self.a["modes"] for part in (m["domain"], m["lets"])]
+        if any(n[0] == "input" for n in nodes(said)):  # what is known of states must not depend on them
+            raise Beyond("an input elsewhere than in flows, guards and resets")
         for m in self.scope.modes:  # the functions that formulas may read are met
             _ = [*self.common(self.scope.identity(m)), self.scope.identity(m).formula(self.goal), self.scope.field(m)]
         self.formulas = {m: self._formula(m, modes) for m in self.scope.modes}
@@ -150,6 +163,9 @@ class Induction:
         yield from (at.formula(g["condition"]) for g in self.used)
         yield from self.types(at)
         yield from self.param_ranges({})
+        for name, i in self.scope.inputs.items():
+            yield from (literal(op, add(var(name), self.scope.base.poly(i[end]), -1))
+                        for op, end in ((">=", "low"), ("<=", "high")))  # fmt: skip
 
     def types(self, at: Instant) -> Iterator[Formula]:
         """Discrete variables have values of their types."""
@@ -229,7 +245,7 @@ class Induction:
 
     def flow(self, mode: str, proof: Json) -> None:
         always = self.premises(*self.common(self.scope.identity(mode)))
-        flow = Flow(always, self.scope.field(mode), self.states)
+        flow = Flow(always, self.scope.field(mode), self.states, bool(self.scope.inputs))
         flow.kept(proof, [self.formulas[mode]], self.formulas[mode])
 
     def use(self, mode: str, proof: Json) -> None:
@@ -250,7 +266,9 @@ class Induction:
         lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
         told = [list(self.starts(line, at)) for line in lines]  # the functions that values may read are met
         known = {n: self.value(q) for key in ("params", "values") for n, q in start[key].items()}
-        env = Env({**known, "time": ZERO})
+        free = {i: self.scope.base.poly(x["low"]) for i, x in self.scope.inputs.items()}  # any value they may have
+        fixed = Env(known)
+        env = Env({**known, **{i: self.functions.substitute(p, fixed) for i, p in free.items()}, "time": ZERO})
         said = [conj([*f, *self.arrived(mode, env, wrong)]) for f in told]
         if not any(self.here(f, env) for f in said):
             raise Refused("a start is not admissible, or does not violate the goal")

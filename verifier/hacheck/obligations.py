@@ -142,6 +142,8 @@ class Question:
         if entry == {}:
             return None, []
         kind, aim = entry["kind"], self.goal["kind"]
+        if self.setting.a["inputs"] and kind not in ("invariant", "start"):
+            raise Beyond("automata with inputs")
         if kind == "cells" and aim in ("always", "can_reach"):
             return self._cells(entry, aim == "always")
         if kind in ("invariant", "start"):

@@ -78,7 +78,7 @@ class Premises:
         for f in formulas:
             for g in members(replace(f, primitive), "and"):
                 key = _key(g)
-                if g is not True and key not in self._seen:
+                if g is not True and key not in self._seen and not _is_always(g):
                     self._seen.add(key)
                     self.entries.append(g)
 
@@ -124,6 +124,14 @@ class Premises:
         out.entries = [replace(replace(f, lambda op, p: literal(op, put(p, env))), primitive) for f in self.entries]
         out._seen = set(map(_key, out.entries))
         return out
+
+
+def _is_always(f: Formula) -> bool:
+    """Is it a disjunction of a literal and its negation, and of few others?"""
+    if isinstance(f, bool) or f[0] != "or" or len(f) > 9:
+        return False
+    keys = {_key(m) for m in f[1:] if m[0] in LITERALS}
+    return any(_key(replace(negated(m), primitive)) in keys for m in f[1:] if m[0] in LITERALS)
 
 
 def _key(f: Formula) -> Any:

@@ -89,6 +89,10 @@ class Scope:
         """A function of a polynomial, as a name; only about flows."""
         raise Beyond(f"`{op}` is outside the checker's fragment")
 
+    def input(self, name: str) -> Poly:
+        """The value of an input; only in flows, guards and resets."""
+        raise Beyond(f"the input {name[:40]!a}")
+
     def ordinal(self, enum: str, value: str) -> Fraction:
         """The number an enumeration value counts as."""
         found = self.core.enums.get(enum)

@@ -5,6 +5,7 @@ from tests.walks import TRIAL, files, made, walk_of
 
 from haverify.fitting.bands import band, coverage, csv, difference, normalised
 from haverify.fitting.walk import Options, walk
+from haverify.text.record import replace
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -62,3 +63,14 @@ def test_normalised_cycles_are_those_of_a_reference() -> None:
     curves = [normalised(w.training, j)[0] for j in ("rh", "rk", "ra")]
     for percent, expected in REFERENCE.items():
         assert [float(c[percent]) for c in curves] == pytest.approx(expected, abs=0.05)
+
+
+def test_cycles_of_one_recording_count_once_among_several() -> None:
+    many = [
+        replace(made(5.0, period=p, noise=0.5, seed=k), path=f"{k}.mot")
+        for k, p in enumerate((1.0, 1.05, 1.1, 1.15, 1.2))
+    ]
+    w, _ = walk(many, (), Options(leg="r"))
+    assert w is not None
+    assert len(w.training) > 6
+    assert {b.count for b in w.bands} == {3}

@@ -30,14 +30,9 @@ def fitted(*recordings: Recording, options: Options | None = None) -> Walk:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_curves_of_every_recording_have_no_step(name: str) -> None:
+def test_curves_have_no_step_and_every_sample_is_in_the_proved_interval(name: str) -> None:
     w = fitted(walk_of(name))
     assert [c.jump(k) for c in w.curves for k in (0, 1)] == [0] * 12
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_every_sample_is_in_the_proved_interval(name: str) -> None:
-    w = fitted(walk_of(name))
     for c, r in zip(w.curves, w.residuals, strict=True):
         off = [
             a - c.value(share * w.knots.period)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 from tests.unit.elaborate.texts import read
 
 from hacheck.core import Core
 from hacheck.invariants import Induction as Second
 from hacheck.obligations import Question, Setting
+from hacheck.rational import Beyond
 from haverify.model.core import canonical, to_core
 from haverify.obligations.induction import Induction
 from haverify.obligations.premises import formula_json, polynomial_json
+from haverify.obligations.translate import OutsideFragmentError
 
 Json = Any
 
@@ -25,6 +30,7 @@ param one in [1, 1]
 const half = 1/2
 assume k <= 3/2
 automaton A {
+  input u in [-k, 2]
   var x
   var y in [-5, 5]
   var g: Gear
@@ -34,10 +40,10 @@ automaton A {
   init where abs(x) < 1 and energy <= 1/4 and g == 2
   mode Go {
     domain abs(x) <= 3 and not (x > 2 and y == 1) and (x <= 1 or y < 2)
-    flow { x' = y / k + log(y + 9); y' = (-x + cos(x - 1)) / (1 + y^2) }
+    flow { x' = y / k + log(y + 9) * u; y' = (-x + cos(x - 1)) / (1 + y^2) }
     edge up: -> Rest when max(x, y) >= 1 and g < 3 do { g := g + 1; y in [-k, x^2] }
     urgent edge over: -> Go when x > 2 and abs(y) != 1 do x := x * k - 1
-    edge over: -> Go when sin(1 - x) > 0
+    edge over: -> Go when sin(1 - x) > u and min(x, y) < x do x := u * k
   }
   mode Rest { terminal; domain clamp(x, 0, 1) <= y; flow { x' = 0; y' = exp(-y) } }
 }
@@ -73,7 +79,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Json]:
     found: list[Json] = []
 
     class Flow:
-        def __init__(self, always: Any, rates: Any, names: Any) -> None:
+        def __init__(self, always: Any, rates: Any, names: Any, has_inputs: bool = False) -> None:
             self.always = always
 
         def given(self, value: Json) -> Json:
@@ -89,11 +95,17 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Json]:
     return found
 
 
-@pytest.mark.parametrize("name", ["first", "second", "third", "timed", "uses", "kept"])
+@pytest.mark.parametrize("name", ["first", "second", "third", "timed", "uses", "kept", "roots"])
 @pytest.mark.parametrize("is_bare", [True, False])
 def test_premises_are_the_same_on_both_sides(name: str, is_bare: bool, asked: list[Json]) -> None:
-    spec, found, _ = read(PIECES.strip())
-    assert [d.message for d in found if d.code < "HA2"] == []
+    compare(PIECES, name, is_bare, asked)
+
+
+def compare(text: str, name: str, is_bare: bool, asked: list[Json]) -> None:
+    """Both sides ask the same of a claim."""
+    asked.clear()
+    spec, found, _ = read(text.strip())
+    assert [d.message for d in found if d.code < "HA2" and "never read" not in d.message] == []
     claim = next(c for c in spec.claims if c.name == name)
     core = Core(json.loads(canonical(to_core(spec))))
     used = tuple(c.goals[0].condition for c in spec.claims if c.name in claim.using)
@@ -113,3 +125,49 @@ def test_premises_are_the_same_on_both_sides(name: str, is_bare: bool, asked: li
         check(None)
         assert (kind, where, asked[-1]) == parts[len(asked) - 1]
     assert len(parts) == len(asked)
+
+
+TERMS = ("x", "y", "2 * x - y", "x * y", "k", "1/2", "x^2", "x / k", "sin(x)", "sqrt(y + 3)",
+         "exp(-x)", "(x + 1) / (1 + y^2)", "log(x^2 + 1)")  # fmt: skip
+RATES = ("y", "-x", "x * y", "k * u", "u - x", "sin(k * x)", "x / (1 + x^2)", "log(2 + y^2)", "1 / k", "0")
+
+
+@st.composite
+def conditions(draw: Any, depth: int = 1) -> str:
+    """A condition on the state."""
+    if depth and draw(st.booleans()):
+        a, b = draw(conditions(depth - 1)), draw(conditions(depth - 1))
+        return draw(st.sampled_from([f"({a} and {b})", f"({a} or {b})", f"not ({a})", f"({a} implies {b})"]))
+    op = draw(st.sampled_from(["<=", "<", ">=", ">", "==", "!="]))
+    return f"{draw(st.sampled_from(TERMS))} {op} {draw(st.sampled_from(TERMS))}"
+
+
+@settings(
+    max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
+)
+@given(data=st.data(), is_bare=st.booleans())
+def test_premises_of_random_models_are_the_same(asked: list[Json], data: st.DataObject, is_bare: bool) -> None:
+    def drawn(of: st.SearchStrategy[str]) -> str:
+        return data.draw(of)
+
+    rate = st.sampled_from(RATES)
+    text = f"""
+spec "Random" version "1.0" unitless
+param k in [1/2, 2]
+input u in [-1, k]
+automaton A {{
+  var x
+  var y
+  init Go where {drawn(conditions())}
+  mode Go {{
+    domain {drawn(conditions(0))}
+    flow {{ x' = {drawn(rate)}; y' = {drawn(rate)} }}
+    edge a: -> Go when {drawn(conditions())} do x := {drawn(rate)}
+    urgent edge b: -> Halt when {drawn(conditions(0))} do {{ x := 1; y in [-1, k] }}
+  }}
+  mode Halt {{ flow {{ x' = {drawn(rate)}; y' = 0 }} }}
+}}
+property p on A {{ always {drawn(conditions())} }}
+"""
+    with contextlib.suppress(OutsideFragmentError, Beyond):
+        compare(text, "p", is_bare, asked)

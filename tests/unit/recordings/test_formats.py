@@ -1,11 +1,13 @@
 """Files other than OpenSim's: separated values, markers, landmarks; what is written is read again."""
 
+import sys
 from fractions import Fraction as Q
 from pathlib import Path
 
 import pytest
 from tests.walks import WALKS, codes, files, made, walk_of
 
+from haverify.cli import main
 from haverify.recordings.labels import joint_of
 from haverify.recordings.read import read
 from haverify.recordings.recording import JOINTS
@@ -168,3 +170,28 @@ def test_c3d_files_hold_the_same_markers(tmp_path: Path) -> None:
 def test_a_missing_and_an_unknown_file(tmp_path: Path) -> None:
     read = recorded([str(tmp_path / "no.mot"), "walk.xls"])
     assert codes(read.found) == ["HA006", "HA210"]
+
+
+def test_a_cell_that_is_no_number_is_told_with_line_and_column() -> None:
+    source = Source.of_text("a.csv", LABELS + ROW.replace("-60,-5", "-60,fast"))
+    (finding,) = read(source).found
+    assert finding.span is not None
+    assert source.at(finding.span) == "fast"
+    assert source.position(finding.span.start) == (3, 16)
+
+
+def test_c3d_without_its_library_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "walk.c3d"
+    path.write_bytes(b"anything")
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    assert main(["fit", str(path), "-o", str(tmp_path / "walk.ha")]) == 4
+    assert "pip install 'haverify[c3d]'" in capsys.readouterr().err
+
+
+def test_a_c3d_file_that_is_none(tmp_path: Path) -> None:
+    pytest.importorskip("ezc3d")
+    path = tmp_path / "walk.c3d"
+    path.write_bytes(b"anything")
+    assert codes(recorded([str(path)]).found) == ["HA210"]

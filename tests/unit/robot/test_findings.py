@@ -43,6 +43,7 @@ def of_map(old, new):
         ("waist_pitch = 0", "waist = 0", "HA002", "waist = 0"),
         ("waist_pitch = 0", 'waist_pitch = "a"', "HA210", 'waist_pitch = "a"'),
         ("waist_pitch = 0", "waist_pitch = 0\nl_knee_pitch = 0", "HA004", "l_knee_pitch = 0"),
+        ("roll = 0 ", "roll = 26 ", "HA108", "roll = 26"),
         ('LR = "left"', 'LR = "both"', "HA210", 'LR = "both"'),
         ("speed = 1 ", "speed = 0 ", "HA210", "speed = 0"),
         ('left_hip = "l_hip_roll"', 'left_hip = "l_hip"', "HA002", 'left_hip = "l_hip"'),
@@ -54,6 +55,16 @@ def test_a_wrong_map(old, new, code, place):
     found, _ = of_map(old, new)
     assert [c for c, _ in found][:1] == [code]
     assert place in found[0][1]
+
+
+@pytest.mark.parametrize(
+    "value", ["[]", "{ a = 1 }", "true", "1979-05-27", "99999999999999999999999", '""', "1e400000"]
+)
+@pytest.mark.parametrize("key", ["joint", "output", "unit", "sign", "speed", "roll", "left_hip", "waist_pitch", "LR"])
+def test_values_of_any_kind_are_findings(key, value):
+    lines = [f"{key} = {value}" if line.startswith(f"{key} = ") else line for line in MAP.splitlines()]
+    made, found = changed("\n".join(lines))
+    assert (made is None) == bool(found)
 
 
 def test_a_near_name_is_offered():

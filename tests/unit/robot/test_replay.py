@@ -9,6 +9,8 @@ import pytest
 from tests.unit.robot.scene import FOLDER, ROOT, changed, cycle, engine, gait_map, moved, robot
 
 from haverify.cli import main
+from haverify.errors import UsageError
+from haverify.robot import mechanics
 from haverify.robot.checks import margins
 from haverify.robot.claims import angle_text, claims_text
 from haverify.robot.comparison import compared
@@ -165,3 +167,11 @@ def test_what_somebody_wrote_is_not_overwritten(tmp_path, monkeypatch, capsys):
     assert main(call) == 2
     assert (tmp_path / "own.ha").read_text() == "spec\n"
     assert "not made by replay" in capsys.readouterr().err
+
+
+def test_a_shape_that_pinocchio_cannot_read_is_said(tmp_path):
+    text = (FOLDER / "hoap2.urdf").read_text().replace('<sphere radius="0.038"/>', '<mesh filename="none.stl"/>')
+    path = tmp_path / "mesh.urdf"
+    path.write_text(text)
+    with pytest.raises(UsageError, match="Pinocchio cannot read"):
+        mechanics.engine(replace(robot(), urdf=str(path)))

@@ -62,6 +62,8 @@ def test_json_says_where_a_run_ended(capsys: pytest.CaptureFixture[str]) -> None
 def test_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     block = str(SAMPLES / "rocking_block.ha")
     assert main(["simulate", block, "-a", "Nobody"]) == 2
+    assert main(["simulate", block, "-n", "0"]) == 2 and main(["falsify", block, "-n", "0"]) == 2
+    assert main(["simulate", str(SAMPLES / "push_recovery.ha"), "-a", "Push"]) == 2  # a fuzzy system inside
     assert main(["falsify", block, "-n", "64", "-p", "printed_sign_is_wrong"]) == 0
     assert main(["falsify", block, "-n", "64", "-p", "never_topples"]) == 3
     assert main(["falsify", block, "-n", "64", "-p", "rocks"]) == 5

@@ -65,6 +65,7 @@ class Explorer:
     nodes: list[Node] = field(default_factory=list)
     by_mode: dict[int, list[Node]] = field(default_factory=dict)
     _seen: set[object] = field(default_factory=set)
+    _stays: dict[int, tuple[State, tuple[Q, bool] | None]] = field(default_factory=dict)
     _queue: Iterator[Node] | None = None
 
     def in_mode(self, mode: int) -> Iterator[Node]:
@@ -88,6 +89,12 @@ class Explorer:
     def view(self, state: State) -> Q | None:
         """How long a run may still go on within the horizon."""
         return None if self.horizon is None else max(Q(0), self.horizon - state.time)
+
+    def stay(self, state: State) -> tuple[Q, bool] | None:
+        """The longest dwell in view, and whether it is the end of the stay: worked out once, for many parts ask."""
+        if id(state) not in self._stays:  # which is told apart by identity, and kept, so that this is not given away
+            self._stays[id(state)] = state, self.motion.stay(state, self.view(state))
+        return self._stays[id(state)][1]
 
     def _more(self) -> bool:
         if self._queue is None:
@@ -136,7 +143,7 @@ class Explorer:
 
     def openings(self, state: State, k: int) -> list[Stretch]:
         """When an edge may be taken: its guard holds, or it is urgent and due, and the state may stay until then."""
-        stay = self.motion.stay(state, self.view(state))
+        stay = self.stay(state)
         if stay is None:
             return []
         end = stay[0]

@@ -219,7 +219,7 @@ def _missed_end(setting: Setting, explorer: Explorer, node: Node, bound: Q) -> Q
     """A dwell after which the run has missed the goal, if it may end in this node."""
     if next(moments_met(setting, setting.goal.condition, explorer, node), None) is not None:
         return None
-    stay = explorer.motion.stay(node.state, explorer.view(node.state))
+    stay = explorer.stay(node.state)
     if stay is None:
         return None
     left = bound - node.state.time
@@ -238,7 +238,7 @@ def _escapes(setting: Setting, explorer: Explorer, node: Node) -> Iterator[Node]
         return
     if folded.op != "false":
         f = conjunction([model.timed_scope(state.mode).formula(folded), setting.timing()])
-        stay = explorer.motion.stay(state, explorer.view(state))
+        stay = explorer.stay(state)
         met = [] if stay is None else stretches(explorer.motion.along(f, state), stay[0])
         first = met[0].low if met else None
     for child in explorer.children(node):

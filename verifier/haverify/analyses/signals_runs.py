@@ -135,7 +135,7 @@ def runs(motion: Motion, horizon: Q, work: Work) -> Iterator[Followed]:
     stack.reverse()
     while stack and work.spend(1):
         node = stack.pop()
-        stay = motion.stay(node.state, explorer.view(node.state))
+        stay = explorer.stay(node.state)
         if stay is None or _seen_before(node):
             continue
         left = horizon - node.state.time

@@ -87,7 +87,8 @@ class Timeline:
 def joined(spans: Sequence[Span]) -> Spans:
     """The union of spans in any order, empty ones left out."""
     out: list[Span] = []
-    for low, high in sorted(s for s in spans if s[0] < s[1]):
+    found = [s for s in spans if s[0] < s[1]]
+    for low, high in sorted(found) if len(found) > 1 else found:
         if out and low <= out[-1][1]:
             out[-1] = (out[-1][0], max(out[-1][1], high))
         else:

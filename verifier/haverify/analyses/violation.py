@@ -112,7 +112,7 @@ def _unless_violated(setting: Setting, part: Part, scope: Scope) -> Formula:
 
 
 def _bad_moment(setting: Setting, explorer: Explorer, node: Node, good: Formula) -> Q | None:
-    stay = explorer.motion.stay(node.state, explorer.view(node.state))
+    stay = explorer.stay(node.state)
     if stay is None:
         return None
     if explorer.jumps is not None and node.state.jumps == explorer.jumps:
@@ -174,7 +174,7 @@ def moments_met(setting: Setting, condition: Expr, explorer: Explorer, node: Nod
     f = conjunction([stronger(model.timed_scope(state.mode).formula(folded), PI), setting.timing()])
     if f is False:
         return
-    stay = explorer.motion.stay(state, explorer.view(state))
+    stay = explorer.stay(state)
     if stay is not None:
         for stretch in stretches(explorer.motion.along(f, state), stay[0]):
             yield from islice(stretch.rationals(), 1)
@@ -210,7 +210,7 @@ def stuck_run(setting: Setting, mode: int, explorers: Explorers, time: Q | None)
 
 def stuck_after(explorer: Explorer, state: State) -> Q | None:
     """The dwell after which a state is stuck, None where it need not be."""
-    stay = explorer.motion.stay(state, explorer.view(state))
+    stay = explorer.stay(state)
     if stay is None or not stay[1]:
         return None
     end = stay[0]

@@ -11,6 +11,7 @@ from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
 from haverify.diagnostics.order import settle
 from haverify.diagnostics.render import render_all
+from haverify.errors import UsageError
 from haverify.model.claim import Claim, Goal
 from haverify.model.spec import Spec
 from haverify.report.exit_codes import NOTHING, OK, UNDECIDED, UNREADABLE, WRONG, worst
@@ -21,11 +22,14 @@ from haverify.run.settings import duration
 if TYPE_CHECKING:
     from haverify.simulate.run import SimulatedRun
 
+MOST = 10_000_000
 CLEARER = 4.0  # times the margin is asked for where enclosures could not tell
 
 
 def run(called: argparse.Namespace) -> int:
     """Search for each claim; exit code 0 refuted as expected, 1 refuted otherwise, 3 nothing certain was found."""
+    if not 1 <= called.runs <= MOST:
+        raise UsageError(f"--runs {called.runs}: a number from 1 to {MOST}")
     spec, sources, found = read(called.file)
     errors = settle(d for d in found if is_meaningless(d))
     if spec is None or errors:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from haverify.simulate.run import SimulatedRun
     from haverify.simulate.traces import Trace
 
+MOST = 100_000
 DRAWN = 800  # instants of a drawing
 
 
@@ -60,6 +61,9 @@ def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
     from haverify.simulate.run import Settings, followed
     from haverify.simulate.traces import as_json
 
+    for option, number in (("--runs", called.runs), ("--samples", called.samples)):
+        if not 1 <= number <= MOST:
+            raise UsageError(f"{option} {number}: a number from 1 to {MOST}")
     until = float(duration(called.until))
     try:
         model = SimulatedAutomaton(spec, _put_together(spec, name))

@@ -25,12 +25,13 @@ LEVEL = 0.95
 
 @record
 class Band:
-    """`mean` and `sd` (101,) of some cycles over their percents; the band reaches `k` of the latter up and down."""
+    """`mean` and `sd` (101,) of `count` cycles or recordings by percent; the band reaches `k` deviations each way."""
 
     joint: str
     mean: Array
     sd: Array
     k: float
+    count: int
 
     @property
     def low(self) -> Array:
@@ -64,18 +65,22 @@ def normalised(cycles: Sequence[Cycle], joint: str) -> Array:
 def band(cycles: Sequence[Cycle], joint: str) -> Band | None:
     """The band of 95 % for a further cycle, by Student's t at each percent; None of fewer than three cycles.
 
-    k = t * sqrt(1 + 1/n) accounts for what n cycles do not tell of mean and deviation.
+    k = t * sqrt(1 + 1/n) accounts for what n cycles do not tell of mean and deviation. Of three or more recordings it
+    is the band for a further recording: each counts once, by its mean, since cycles of one are alike.
     """
     import numpy as np
 
-    n = len(cycles)
+    origins = list(dict.fromkeys(c.origin for c in cycles))
+    curves = normalised(cycles, joint)
+    if len(origins) > 2:
+        curves = np.array([curves[[c.origin == o for c in cycles]].mean(axis=0) for o in origins])
+    n = len(curves)
     if n < 3:
         return None
-    from scipy.special import stdtrit
+    from scipy.special import stdtrit  # slow to load, and mostly there are fewer
 
-    curves = normalised(cycles, joint)
     k = float(stdtrit(n - 1, (1 + LEVEL) / 2)) * float(np.sqrt(1 + 1 / n))
-    return Band(joint, curves.mean(axis=0), curves.std(axis=0, ddof=1), k)
+    return Band(joint, curves.mean(axis=0), curves.std(axis=0, ddof=1), k, n)
 
 
 def coverage(b: Band, cycles: Sequence[Cycle]) -> Coverage:

@@ -30,9 +30,10 @@ def _bands(walk: Walk) -> list[str]:
     cycles, of = (walk.held_out, "held-out") if walk.held_out else (walk.training, "the same")
     if walk.bands:
         held = [coverage(b, cycles) for b in walk.bands]
+        what = "recordings" if walk.bands[0].count < len(walk.training) else "cycles"
         samples, whole = (sum(x) / len(held) for x in ([c.samples for c in held], [c.cycles for c in held]))
         lines.append(
-            f"band of 95 %: mean +- {walk.bands[0].k:.2f} standard deviations of {len(walk.training)} cycles holds "
+            f"band of 95 %: mean +- {walk.bands[0].k:.2f} standard deviations of {walk.bands[0].count} {what} holds "
             f"{samples:.1%} of the samples and {whole:.1%} of the curves of {of} cycles"
         )
     between = [difference(walk.training, c.joint, walk.knots) for c in walk.curves]

@@ -112,7 +112,8 @@ def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> tupl
     where = dict(zip(names, strides, strict=True))
     for m, c in p.whole.items():
         flat[sum(where[v] * e for v, e in m)] = c
-    for v, degree, stride in zip(names, degrees, strides, strict=True):
+    axes = zip(names, degrees, strides, strict=True)
+    for v, degree, stride in sorted(axes, key=lambda axis: -axis[1]):  # few lines are not zero before the others are
         divisor *= _transform(flat, degree, stride, box[v])
     return flat, divisor
 
@@ -120,10 +121,24 @@ def tensor_coefficients(p: Polynomial, names: tuple[str, ...], box: Box) -> tupl
 def _transform(flat: list[int], degree: int, stride: int, ends: tuple[Fraction, Fraction]) -> int:
     """From powers of one variable to its Bernstein basis on `ends`, in place, for every line along that variable;
     what is there afterwards is the integer returned times the coefficients."""
+    if degree == 1:
+        return _linear(flat, stride, ends)
     block = stride * (degree + 1)
-    factor = 1
     for start in range(0, len(flat), block):
         for offset in range(start, start + stride):
             line = flat[offset : offset + block : stride]
-            flat[offset : offset + block : stride], factor = coefficients(line, *ends)
-    return factor
+            if any(line):
+                flat[offset : offset + block : stride] = coefficients(line, *ends)[0]
+    return coefficients([0] * (degree + 1), *ends)[1]
+
+
+def _linear(flat: list[int], stride: int, ends: tuple[Fraction, Fraction]) -> int:
+    """The same for lines of two entries, all at once: the values at the two ends."""
+    d = lcm(ends[0].denominator, ends[1].denominator)
+    low, high = (x.numerator * (d // x.denominator) for x in ends)
+    for start in range(0, len(flat), 2 * stride):
+        middle, end = start + stride, start + 2 * stride
+        lines = list(zip(flat[start:middle], flat[middle:end], strict=True))
+        flat[start:middle] = [p * d + q * low for p, q in lines]
+        flat[middle:end] = [p * d + q * high for p, q in lines]
+    return d

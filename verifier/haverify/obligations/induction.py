@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -12,7 +12,7 @@ from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import FALSE, TRUE, Expr, nodes
-from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
+from haverify.model.hybrid import HybridAutomaton, Init, Input, Mode, Range
 from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.formula import Formula, Literal, compare, conjunction, literals
@@ -63,8 +63,8 @@ class Induction:
     def check(self) -> None:
         """Raise OutsideFragmentError where the automaton or the goal is outside of what can be asked."""
         a = self.automaton
-        if a.inputs or a.priorities or self.spec.inputs:
-            raise OutsideFragmentError("inputs and priorities: invariants of this version have none")
+        if a.priorities:
+            raise OutsideFragmentError("priorities: invariants of this version have none")
         if any(v.type == "bool" for v in a.vars):
             raise OutsideFragmentError("truth variables beside a flow that is not clock-driven")
         asked = (self.goal.condition, *self.spec.assumptions, *self.claim.assume, *self.using)
@@ -72,6 +72,7 @@ class Induction:
             n.op in JUMPY | {"stuck"} for e in asked for n in nodes(e)
         ):
             raise OutsideFragmentError("an invariant shows `always` goals that do not speak of jumps")
+        self._check_inputs(asked)
         for m in a.modes:  # the functions that formulas may read are met
             self.field(m.name)
             self.aim(m.name)
@@ -80,6 +81,26 @@ class Induction:
                 raise OutsideFragmentError(f"time in a claim about the terminal mode {m.name}")
         for k in range(len(a.edges)):
             self._check_types(k)
+
+    @property
+    def has_inputs(self) -> bool:
+        """Whether there are any."""
+        return bool(self.inputs)
+
+    @cached_property
+    def inputs(self) -> dict[str, Input]:
+        """The inputs that the automaton may read."""
+        return {i.name: i for i in (*self.spec.inputs, *self.automaton.inputs)}
+
+    def _check_inputs(self, asked: Iterable[Expr]) -> None:
+        """Raise OutsideFragmentError for inputs without bounds, and where what is said of states depends on them."""
+        a = self.automaton
+        if any(i.range is None or i.type != "real" for i in self.inputs.values()):
+            raise OutsideFragmentError("an input without two bounds, or that is no number")
+        lets = [o.expr for o in (*a.lets, *(o for m in a.modes for o in m.lets))]
+        said = [self.condition, *asked, *lets, *(m.domain for m in a.modes), *(i.where for i in a.init)]
+        if self.inputs and any(n.op == "input" for e in said for n in nodes(e)):
+            raise OutsideFragmentError("an input elsewhere than in flows, guards and resets")
 
     def _check_types(self, k: int) -> None:
         """Raise OutsideFragmentError where edge k may give a discrete variable a value that its type does not have."""
@@ -150,7 +171,7 @@ class Induction:
     def names(self) -> dict[str, Polynomial]:
         """Variables and params; a param with one value is that number."""
         fixed = {n: constant(low) if low == high else variable(n) for n, (low, high) in self.params.items()}
-        return {**fixed, **{v.name: variable(v.name) for v in self.automaton.vars}}
+        return {**fixed, **{n: variable(n) for n in (*self.inputs, *(v.name for v in self.automaton.vars))}}
 
     def scope(self, mode: str, after: Mapping[str, Polynomial] | None = None) -> Scope:
         """What names mean in a mode, or there after a jump that gives variables these values."""
@@ -262,6 +283,10 @@ class Induction:
         for n, (low, high) in self.params.items():
             if low < high:
                 found += [compare(">=", variable(n) - constant(low)), compare("<=", variable(n) - constant(high))]
+        for n, i in self.inputs.items():
+            assert i.range is not None, "looked at before"
+            found += [compare(">=", variable(n) - self.scope(name).polynomial(i.range.low))]
+            found += [compare("<=", variable(n) - self.scope(name).polynomial(i.range.high))]
         return found
 
     def _type_range(self, type_: str) -> tuple[Q, Q]:

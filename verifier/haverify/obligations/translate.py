@@ -392,6 +392,7 @@ _VALUES: dict[str, Callable[[Scope, Expr], list[Case]]] = {
     "time": _time,
     "const": _constant,
     "param": _variable,
+    "input": _variable,
     "var": _variable,
     "let": lambda s, e: s.let(e.name),
     "sym": _symbol,

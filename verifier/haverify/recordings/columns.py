@@ -28,16 +28,11 @@ class Columns:
     starts: tuple[int, ...]
     separator: str | None
 
-    def index(self, label: str) -> int:
-        return self.labels.index(label)
-
     def span(self, row: int, column: int) -> Span:
         """The place of a cell."""
         start = self.starts[row]
         line = self.source.text[start : self.source.text.find("\n", start) % (len(self.source.text) + 1)]
-        cells = list(re.finditer(r"\S+" if self.separator is None else f"[^{self.separator}]*", line))
-        if self.separator is not None:
-            cells = _split_at(line, self.separator)
+        cells = list(re.finditer(r"\S+", line)) if self.separator is None else _split_at(line, self.separator)
         if column >= len(cells):
             return Span(self.source.path, start, start + len(line))
         return Span(self.source.path, start + cells[column].start(), start + cells[column].end())

@@ -72,7 +72,6 @@ class Recording:
     rounding: Q = Q(0)
     tracks: Mapping[str, Track] = field(default_factory=dict)
     marked: Mapping[str, Events] = field(default_factory=dict)
-    pelvis_y: tuple[float, ...] = ()
     facts: tuple[str, ...] = ()
 
     @cached_property

@@ -29,7 +29,6 @@ class Header:
     unit: str
     why: str
     counts: tuple[tuple[str, int, Span], ...]
-    is_simm: bool
 
 
 def storage(source: Source) -> tuple[Header, Columns | None, list[Diagnostic]]:
@@ -38,7 +37,7 @@ def storage(source: Source) -> tuple[Header, Columns | None, list[Diagnostic]]:
     if end is None:
         at = Span(source.path, 0, len(source.line(1)))
         message = "no line `endheader`: this is no .mot or .sto file"
-        return Header("", "", (), False), None, [Diagnostic("HA210", message, at)]
+        return Header("", "", ()), None, [Diagnostic("HA210", message, at)]
     header = _header(source, end.start())
     columns, found = columns_of(source, end.end() + 1, None)
     if columns is not None:
@@ -58,7 +57,7 @@ def _header(source: Source, end: int) -> Header:
     sentence = re.search(r"angles are in (degrees|radians)", text, re.IGNORECASE)
     if not unit and sentence:
         unit, why = ("deg" if sentence[1].lower() == "degrees" else "rad"), sentence[0]
-    return Header(unit, why, tuple(counts), "simm motion" in text.lower() or "datacolumns" in text.lower())
+    return Header(unit, why, tuple(counts))
 
 
 def _contradictions(header: Header, columns: Columns) -> list[Diagnostic]:

@@ -181,8 +181,9 @@ def _feet(t: Trajectory, m: Motion) -> list[Sampled]:
     corners = _swing(t, m)
     lowest = corners[:, :, 2].min(axis=1) * _MM
     k = int(np.argmin(lowest))
-    middle = corners.mean(axis=1)[:, 0]
-    passing = np.flatnonzero((np.diff(np.sign(middle)) != 0) & (np.diff(t.times) > 0))
+    stance = m.feet["left"] + m.feet["right"] - corners
+    ahead = (corners - stance).mean(axis=1)[:, 0]
+    passing = np.flatnonzero((np.diff(np.sign(ahead)) != 0) & (np.diff(t.times) > 0))
     found = [
         Sampled("swing sole above ground", "lowest corner", float(lowest[k]), 0.0, float(lowest[k]), "mm", *_at(t, k))
     ]

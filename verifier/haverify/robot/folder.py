@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.robot.body import Description, Sole
+from haverify.robot.body import Description, Robot, Sole
 from haverify.robot.places import Entries, read_toml
 from haverify.robot.urdf import read_urdf
 from haverify.text.source import Source
@@ -39,27 +39,27 @@ def describe(folder: str, open_file: Open) -> tuple[Description | None, dict[str
     robot, found = read_urdf(text)
     if robot is None:
         return None, sources, found
-    v = entries.values
     for side in ("left", "right"):
-        if v["feet"][side] not in robot.links:
-            entries.wrong("HA002", f"no link {v['feet'][side]} in {name}", "feet", side)
+        link = entries.values["feet"][side]
+        if link not in robot.links:
+            entries.wrong("HA002", f"no link {link} in {name}", "feet", side)
     if entries.found:
         return None, sources, entries.found
-    sole = Sole(_pair(v["sole"]["x"]), _pair(v["sole"]["y"]), Q(v["sole"]["z"]))
+    return _described(entries.values, robot, folder, name), sources, []
+
+
+def _described(v: Mapping[str, Any], robot: Robot, folder: str, urdf: str) -> Description:
     limits = v.get("limits", {})
-    because = v.get("sources", {}).get(limits.get("source", ""), "")
-    default = str(PurePosixPath(folder) / v["map"]) if "map" in v else None
-    described = Description(
+    return Description(
         robot,
-        name,
+        urdf,
         {side: v["feet"][side] for side in ("left", "right")},
-        sole,
+        Sole(_pair(v["sole"]["x"]), _pair(v["sole"]["y"]), Q(v["sole"]["z"])),
         Q(v["friction"]["coefficient"]),
         bool(limits.get("advice", False)),
-        str(because),
-        default,
+        str(v.get("sources", {}).get(str(limits.get("source", "")), "")),
+        str(PurePosixPath(folder) / v["map"]) if "map" in v else None,
     )
-    return described, sources, []
 
 
 def _require(e: Entries) -> None:

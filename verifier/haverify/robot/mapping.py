@@ -78,7 +78,7 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
         return None, e.found
     drives = _drives(e, robot)
     posture = _posture(e, robot, drives)
-    sway = _sway(e, robot, drives)
+    sway = _sway(e, robot, drives, posture)
     speed = _positive(e, "time", "speed", Q(1))
     acceleration = _positive(e, "limits", "acceleration", None)
     recording = e.values.get("recording")
@@ -145,7 +145,7 @@ def _drives(e: Entries, robot: Robot) -> tuple[Drive, ...]:
     found: list[Drive] = []
     for i, row in enumerate(e.values["joint"]):
         joint, output, unit = row.get("joint"), row.get("output"), row.get("unit")
-        if joint not in robot.hinges:
+        if not isinstance(joint, str) or joint not in robot.hinges:
             hint = _close(str(joint), robot.hinges)
             e.wrong("HA002", f"the robot {robot.name} has no joint {joint}{hint}", "joint", "joint", i)
         elif any(d.joint == joint for d in found):
@@ -196,7 +196,7 @@ def _posture(e: Entries, robot: Robot, drives: tuple[Drive, ...]) -> dict[str, Q
             e.wrong("HA210", f"{name} is to be a number of degrees", "posture", name)
         else:
             found[name] = Q(value)
-            _require_within(e, robot, name, Q(value))
+            _require_within(e, robot, name, Q(value), ("posture", name))
     missing = [n for n in robot.hinges if n not in found and all(d.joint != n for d in drives)]
     if missing and not e.found:
         more = f" and {len(missing) - 4} more" if len(missing) > 4 else ""
@@ -205,13 +205,13 @@ def _posture(e: Entries, robot: Robot, drives: tuple[Drive, ...]) -> dict[str, Q
     return found
 
 
-def _require_within(e: Entries, robot: Robot, name: str, angle: Q) -> None:
+def _require_within(e: Entries, robot: Robot, name: str, angle: Q, entry: tuple[str, str]) -> None:
     limits = robot.hinges[name].limits
     assert limits is not None, "a hinge has limits"
     low, high = (float(r) * 57.29577951308232 for r in (limits.lower, limits.upper))
     if not low - 1e-9 <= angle <= high + 1e-9:
         message = f"{name} at {float(angle):g} deg is outside its limits, {low:g} deg .. {high:g} deg"
-        e.wrong("HA108", message, "posture", name)
+        e.wrong("HA108", message, *entry)
 
 
 def _stance(e: Entries) -> dict[str, str]:
@@ -224,7 +224,7 @@ def _stance(e: Entries) -> dict[str, str]:
     return found
 
 
-def _sway(e: Entries, robot: Robot, drives: tuple[Drive, ...]) -> Sway | None:
+def _sway(e: Entries, robot: Robot, drives: tuple[Drive, ...], posture: Mapping[str, Q]) -> Sway | None:
     table: dict[str, Any] = e.values.get("sway", {})
     if not table:
         return None
@@ -233,12 +233,15 @@ def _sway(e: Entries, robot: Robot, drives: tuple[Drive, ...]) -> Sway | None:
     for side in SIDES:
         for part in ("ankle", "hip"):
             name = table.get(f"{side}_{part}")
-            if name not in robot.hinges:
+            if not isinstance(name, str) or name not in robot.hinges:
                 e.wrong("HA002", f"the robot has no joint {name}", "sway", f"{side}_{part}")
             elif any(d.joint == name for d in drives):
                 e.wrong("HA004", f"{name} sways here, and is driven above", "sway", f"{side}_{part}")
     if e.found:
         return None
+    for name in (table[f"{side}_{part}"] for side in SIDES for part in ("ankle", "hip")):
+        for lean in (Q(table["roll"]), -Q(table["roll"])):
+            _require_within(e, robot, name, posture.get(name, Q(0)) + lean, ("sway", "roll"))
     ankles, hips = ({side: str(table[f"{side}_{part}"]) for side in SIDES} for part in ("ankle", "hip"))
     return Sway(Q(table["roll"]), ankles, hips)
 

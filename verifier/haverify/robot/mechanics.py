@@ -63,7 +63,7 @@ def engine(d: Description) -> Engine:
 
     Raises
     ------
-    UsageError      where Pinocchio is not installed
+    UsageError      where Pinocchio is not installed, or cannot read the file
     """
     try:
         import pinocchio as pin
@@ -71,8 +71,11 @@ def engine(d: Description) -> Engine:
         raise UsageError(
             "replay needs Pinocchio, which is not installed: pip install 'haverify[robot]', or pip install pin"
         ) from None
-    model = pin.buildModelFromUrdf(d.urdf, pin.JointModelFreeFlyer())
-    shapes = pin.buildGeomFromUrdf(model, d.urdf, pin.GeometryType.COLLISION)
+    try:
+        model = pin.buildModelFromUrdf(d.urdf, pin.JointModelFreeFlyer())
+        shapes = pin.buildGeomFromUrdf(model, d.urdf, pin.GeometryType.COLLISION)
+    except (ValueError, RuntimeError) as e:
+        raise UsageError(f"Pinocchio cannot read {d.urdf}: {' '.join(str(e).split())[:300]}") from None
     shapes.addAllCollisionPairs()
     for pair in list(shapes.collisionPairs):
         a, b = (shapes.geometryObjects[i].parentJoint for i in (pair.first, pair.second))
@@ -103,13 +106,9 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     import numpy as np
 
     pin, model, data = e.pin, e.model, e.data
-    at_q = [model.joints[model.getJointId(n)].idx_q for n in t.joints]
-    at_v = [model.joints[model.getJointId(n)].idx_v for n in t.joints]
-    ids = [model.getJointId(n) for n in t.joints]
-    n = len(t.times)
-    q = np.tile(pin.neutral(model), (n, 1))
-    v, a = np.zeros((2, n, model.nv))
-    q[:, at_q], v[:, at_v], a[:, at_v] = t.q, t.v, t.a
+    ids = [model.getJointId(name) for name in t.joints]
+    at_v, n = [model.joints[i].idx_v for i in ids], len(t.times)
+    q, v, a = _states(e, t)
     ground = pin.SE3(np.eye(3), np.array([0.0, 0.0, -float(d.sole.z)]))
     names = [g.name.rsplit("_", 1)[0] for g in e.geometry.geometryObjects]
     pairs = [(names[p.first], names[p.second]) for p in e.geometry.collisionPairs]
@@ -122,11 +121,7 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     for k in range(n):
         foot = e.feet[t.stance[k]]
         swing = e.feet["right" if t.stance[k] == "left" else "left"]
-        pin.forwardKinematics(model, data, q[k], v[k], a[k])
-        placed = data.oMi[foot]
-        v[k, :6] = -placed.act(data.v[foot]).vector
-        a[k, :6] = -placed.act(data.a[foot]).vector
-        q[k, :7] = pin.SE3ToXYZQUAT(ground * placed.inverse())
+        _stand(e, foot, ground, q[k], v[k], a[k])
         tau = pin.rnea(model, data, q[k], v[k], a[k])
         pin.computeCentroidalMomentumTimeVariation(model, data, q[k], v[k], a[k])
         wrench[k] = data.oMi[1].act(pin.Force(tau[:6])).vector
@@ -139,13 +134,43 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
             turned[side][k], moved_to[side][k] = data.oMi[joint].rotation, data.oMi[joint].translation
         for j, i in enumerate(ids):
             points[k, j] = data.oMi[i].translation
-        pin.updateGeometryPlacements(model, data, e.geometry, e.geometry_data)
-        first = pin.computeDistances(e.geometry, e.geometry_data)
-        distance[k] = e.geometry_data.distanceResults[first].min_distance
+        first, distance[k] = _nearest(e)
         nearest.append(pairs[first])
     corners = np.array([[float(c) for c in corner] for corner in d.sole.corners])
     soles = {s: np.einsum("nij,cj->nci", turned[s], corners) + moved_to[s][:, None, :] for s in e.feet}
     return Motion(com, com_speed, wrench, torque, soles, swing_speed, distance, nearest, momentum, points, slip)
+
+
+def _states(e: Engine, t: Trajectory) -> tuple[Floats, Floats, Floats]:
+    """Positions, speeds and accelerations as the engine orders them; the base is not placed yet."""
+    import numpy as np
+
+    joints = [e.model.joints[e.model.getJointId(name)] for name in t.joints]
+    q = np.tile(e.pin.neutral(e.model), (len(t.times), 1))
+    v, a = np.zeros((2, len(t.times), e.model.nv))
+    q[:, [j.idx_q for j in joints]] = t.q
+    v[:, [j.idx_v for j in joints]], a[:, [j.idx_v for j in joints]] = t.v, t.a
+    return q, v, a
+
+
+def _stand(e: Engine, foot: int, ground: Any, q: Floats, v: Floats, a: Floats) -> None:
+    """Place and move the base, in `q`, `v` and `a`, so that a foot rests on the ground.
+
+    With the base at rest the foot would move by (v_f, a_f) in its own axes; the base has to move the other way, which
+    in the base's axes is their image under the foot's placement. No term is missing: the foot's whole speed is zero.
+    """
+    e.pin.forwardKinematics(e.model, e.data, q, v, a)
+    placed = e.data.oMi[foot]
+    v[:6] = -placed.act(e.data.v[foot]).vector
+    a[:6] = -placed.act(e.data.a[foot]).vector
+    q[:7] = e.pin.SE3ToXYZQUAT(ground * placed.inverse())
+
+
+def _nearest(e: Engine) -> tuple[int, float]:
+    """The number of the pair of bodies that is nearest, and its distance, where the engine has placed them."""
+    e.pin.updateGeometryPlacements(e.model, e.data, e.geometry, e.geometry_data)
+    first = e.pin.computeDistances(e.geometry, e.geometry_data)
+    return first, e.geometry_data.distanceResults[first].min_distance
 
 
 def heights(e: Engine, t: Trajectory) -> dict[str, Floats]:

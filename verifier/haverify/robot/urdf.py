@@ -64,13 +64,15 @@ def read_urdf(source: Source) -> tuple[Robot | None, list[Diagnostic]]:
 def parsed(source: Source) -> Element:
     """The file's root element."""
     top = Element("", {}, Span(source.path, 0, 0))
-    open_elements, count = [top], [0]
+    open_elements, count, passed = [top], [0], [0, 0]  # of what was read, bytes and code points
     reader = expat.ParserCreate()
     raw = source.text.encode()
 
     def start(tag: str, values: dict[str, str]) -> None:
         count[0] += 1
-        at = len(raw[: reader.CurrentByteIndex].decode())
+        passed[1] += len(raw[passed[0] : reader.CurrentByteIndex].decode())
+        passed[0] = reader.CurrentByteIndex
+        at = passed[1]
         end = source.text.find(">", at)
         made = Element(tag, values, Span(source.path, at, end + 1))
         if len(open_elements) > _DEEPEST or count[0] > _MOST:

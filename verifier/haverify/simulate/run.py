@@ -10,7 +10,7 @@ from haverify.solvers.runs import PlanListing, Record, Row
 from haverify.text.record import holder, record
 
 ORDER = 20
-STEPS = 1_000_000
+STEPS = 200_000
 JUMPS = 100_000
 
 

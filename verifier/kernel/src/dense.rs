@@ -56,6 +56,8 @@ pub struct Program {
     pub conditions: Vec<Condition>,
     /// Registers that never change along a flow.
     still: Vec<bool>,
+    /// The others, of the moving part.
+    active: Vec<usize>,
 }
 
 impl Program {
@@ -89,7 +91,8 @@ impl Program {
             });
         }
         let known = slopes.iter().flatten().all(|&s| s < moving) && moving <= ops.len();
-        known.then_some(Program { ops, moving, slopes, conditions, still })
+        let active = (0..moving.min(ops.len())).filter(|&r| !still[r]).collect();
+        known.then_some(Program { ops, moving, slopes, conditions, still, active })
     }
 
     /// Whether a register keeps its value along every flow.
@@ -171,6 +174,7 @@ pub struct Jets {
 }
 
 impl Jets {
+    #[inline]
     pub fn register(&self, r: usize) -> &[f64] {
         &self.registers[r * (self.order + 1)..(r + 1) * (self.order + 1)]
     }
@@ -190,13 +194,14 @@ impl Jets {
         for (v, &x) in start.iter().enumerate() {
             self.states[v * width] = x;
         }
+        for at in 0..program.moving {
+            self.registers[at * width] = self.coefficient(program, at, 0);
+        }
         for k in 0..=order {
-            for at in 0..program.moving {
-                if k > 0 && program.still[at] {
-                    continue;
+            if k > 0 {
+                for &at in &program.active {
+                    self.registers[at * width + k] = self.coefficient(program, at, k);
                 }
-                let next = self.coefficient(program, at, k);
-                self.registers[at * width + k] = next;
             }
             if k < order {
                 for (v, slope) in program.slopes.iter().enumerate() {
@@ -227,6 +232,7 @@ impl Jets {
         Some(slopes.all(|s| s.iter().all(|c| c.is_finite())))
     }
 
+    #[inline]
     fn coefficient(&self, program: &Program, at: usize, k: usize) -> f64 {
         let own = self.register(at);
         match program.ops[at] {
@@ -350,7 +356,12 @@ impl Jets {
 
 /// The sum of `a_i b_(k-i)` over a range of `i`.
 fn convolved(a: &[f64], b: &[f64], from: usize, to: usize, k: usize) -> f64 {
-    a[from..=to].iter().zip(b[k - to..=k - from].iter().rev()).map(|(x, y)| x * y).sum()
+    let (a, b) = (&a[from..to + 1], &b[k - to..k - from + 1]);
+    let mut sums = [0.0; 2];
+    for (i, (x, y)) in a.iter().zip(b.iter().rev()).enumerate() {
+        sums[i % 2] += x * y;
+    }
+    sums[0] + sums[1]
 }
 
 /// The sum of `i a_i b_(k-i)` over a range of `i`.
@@ -358,9 +369,24 @@ fn weighted(a: &[f64], b: &[f64], from: usize, to: usize, k: usize) -> f64 {
     if from > to {
         return 0.0;
     }
-    let terms = a[from..=to].iter().zip(b[k - to..=k - from].iter().rev());
-    terms.enumerate().map(|(i, (x, y))| (from + i) as f64 * x * y).sum()
+    let (a, b) = (&a[from..to + 1], &b[k - to..k - from + 1]);
+    let mut sums = [0.0; 2];
+    for (i, ((x, y), n)) in a.iter().zip(b.iter().rev()).zip(&COUNTS[from..]).enumerate() {
+        sums[i % 2] += n * x * y;
+    }
+    sums[0] + sums[1]
 }
+
+/// Small numbers as floats.
+const COUNTS: [f64; 64] = {
+    let mut counts = [0.0; 64];
+    let mut i = 0;
+    while i < 64 {
+        counts[i] = i as f64;
+        i += 1;
+    }
+    counts
+};
 
 /// How far rounding may have moved each register at a state whose entries are off by `errors`, to first order.
 pub fn rounding(program: &Program, values: &[f64], errors: &[f64]) -> Vec<f64> {

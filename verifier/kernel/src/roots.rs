@@ -7,6 +7,8 @@ use crate::dense::at;
 
 const SMALLEST: f64 = 1e-10; // part of the step below which several changes of sign are one touch
 
+const NOTHING: f64 = 1e-17; // of the magnitude of a series; coefficients at its end that are smaller are left out
+
 /// The roots in `(0, h]` in order, after those at zero itself were divided out by `skip`; `slack` is what counts as zero.
 pub fn roots(series: &[f64], h: f64, skip: usize, slack: f64) -> Vec<f64> {
     let mut scaled = Vec::with_capacity(series.len());
@@ -22,7 +24,7 @@ pub fn roots(series: &[f64], h: f64, skip: usize, slack: f64) -> Vec<f64> {
     if first > rest || first + rest == 0.0 || !(first + rest).is_finite() {
         return Vec::new();
     }
-    while scaled.len() > 1 && scaled[scaled.len() - 1].abs() <= 1e-18 * (first + rest) {
+    while scaled.len() > 1 && scaled[scaled.len() - 1].abs() <= NOTHING * (first + rest) {
         scaled.pop();
     }
     let mut found = Vec::new();

@@ -73,7 +73,13 @@ def _names(induction: Induction, ob: Obligation) -> list[str]:
     if ob.kind == "flow":
         read |= {v for n, p in induction.field(ob.mode).items() if n != "time" for v in p.variables}
     timed = "time" in induction.functions.support(read)
-    return [*(v.name for v in induction.automaton.vars), *params, *sorted(chosen), *(["time"] if timed else [])]
+    return [
+        *(v.name for v in induction.automaton.vars),
+        *params,
+        *induction.inputs,
+        *sorted(chosen),
+        *(["time"] if timed else []),
+    ]
 
 
 def _boundaries(formula: Formula) -> Iterator[tuple[Polynomial, bool]]:
@@ -114,6 +120,7 @@ def state_text(induction: Induction, found: Leaving) -> str:
     """The state in the declared units."""
     a, spec = induction.automaton, induction.spec
     units = {v.name: v.unit for v in a.vars} | {p.name: p.unit for p in (*spec.params, *a.params)}
+    units |= {n: i.unit for n, i in induction.inputs.items()}
     return ", ".join(f"{n} = {significant(q)}{_unit(units.get(n))}" for n, q in found.point.items())
 
 

@@ -194,7 +194,8 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
         elif flows is not None and ob.mode in flows:
             proof = flows[ob.mode]
         else:
-            proof = Keeper(induction.field(ob.mode), effort, induction.functions, []).flow(ob.premises, ob.kept)
+            keeper = Keeper(induction.field(ob.mode), effort, induction.functions, [], induction.has_inputs)
+            proof = keeper.flow(ob.premises, ob.kept)
         parts.append((ob, proof))
     return Shown(induction, formulas, parts)
 

@@ -28,8 +28,8 @@ class Invented:
 
 
 def applies(induction: Induction) -> bool:
-    """Whether an invariant is searched for: where there are no functions (they would be taken for constant)."""
-    return not induction.functions.known
+    """Whether an invariant is searched for: where there is nothing that would wrongly be taken for constant."""
+    return not (induction.functions.known or induction.inputs)
 
 
 def invent(induction: Induction, seconds: float) -> Invented | None:

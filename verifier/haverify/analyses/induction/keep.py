@@ -27,6 +27,7 @@ class Keeper:
     effort: Effort
     functions: Functions
     open: list[Formula]
+    has_inputs: bool = False  # which need have no derivative
 
     def flow(self, always: Premises, formula: Formula) -> Json | None:
         """A proof that runs with `always` at all times keep the formula."""
@@ -91,7 +92,8 @@ class Keeper:
         if not isinstance(f, Literal):
             return self._still(f)
         found = self._darboux(f) or self._growth(known, f) or self._barrier(known, f)
-        return found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
+        found = found or rule_for(known, literal(f.op, whole(f.polynomial)), self.rates, self.effort)
+        return None if found is not None and found["rule"] == "lie" and self.has_inputs else found
 
     def _slope(self, p: Polynomial) -> Polynomial:
         return self.functions.derivative(p, self.rates)
@@ -163,7 +165,7 @@ class Keeper:
     def _still(self, f: Formula) -> Json | None:
         """All polynomials of the formula are constant along the flow."""
         found = list(dict.fromkeys(whole(leaf.polynomial) for leaf in literals(f)))
-        if any(self._slope(p).whole for p in found):
+        if self.has_inputs or any(self._slope(p).whole for p in found):
             return None
         return {"rule": "lie", "ranks": [[1, [[]], []] for _ in found], "forward": "t", "backward": "t"}
 

@@ -42,6 +42,7 @@ def names_of(induction: Induction) -> list[str]:
     return [
         *(v.name for v in induction.automaton.vars),
         *(n for n, (low, high) in induction.params.items() if low < high),
+        *induction.inputs,
     ]
 
 
@@ -142,7 +143,7 @@ def ways(induction: Induction) -> Iterator[Way]:
         told = induction.premises(*induction.common(mode), *induction.starts(line, mode), *windows)
         yield Way(mode, None, told, induction.formula(denial, mode))
         for k, edge in enumerate(induction.automaton.edges):
-            if edge.source == mode and most != 0:
+            if edge.source == mode and most != 0 and not induction.inputs:
                 guard = induction.formula(edge.guard, mode)  # as written, also where the edge is urgent
                 after = [induction.after(f, k) for f in windows]
                 wrong = induction.after(induction.formula(denial, edge.target), k)
@@ -168,7 +169,7 @@ def _at_border(induction: Induction, way: Way, names: list[str]) -> Point | None
 
 def by_run(induction: Induction) -> Run | None:
     """A run inside of one mode whose flowpipe certainly violates the goal."""
-    if induction.using or induction.claim.assume or induction.spec.assumptions:
+    if induction.inputs or induction.using or induction.claim.assume or induction.spec.assumptions:
         return None
     tried = 0
     for span in (induction.limit,) if induction.limit is not None else SPANS:

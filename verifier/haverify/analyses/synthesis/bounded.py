@@ -117,7 +117,7 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
 def boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
     """The greatest part of many bounds that the flow keeps as a whole, strictly."""
     found: list[Literal] = []
-    for p in shapes(search.system)[:12]:
+    for p in [*shapes(search.system)[:12], *_ramps(search)]:
         found += _bounds(search, p)
     found = [q for q in dict.fromkeys(found) if fits(q, search.samples)]
     premises = search.premises()
@@ -130,6 +130,21 @@ def boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
         found = kept
     if found:
         search.attempt(found, levels)
+
+
+def _ramps(search: Search) -> Iterator[Polynomial]:
+    """Names less what they gain at most, in the sampled states, with a clock of the system; and the reverse."""
+    field, samples = search.system.field, search.samples
+    clocks = [v for v, p in field.items() if p.constant == 1 and v != "time"]
+    for v in [v for v, p in field.items() if clocks and not (p.constant or not p.whole)]:
+        ends = extremes(field[v], samples.states, samples.names)
+        if ends is not None:
+            room = max(abs(ends[0]), abs(ends[1]), 1e-2) / 4
+            for k in (
+                simple_between(ends[1] + room / 2, ends[1] + room),
+                simple_between(ends[0] - room, ends[0] - room / 2),
+            ):
+                yield variable(v) - variable(clocks[0]).scaled(k)
 
 
 def _is_inward(

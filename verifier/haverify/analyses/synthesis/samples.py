@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from haverify.analyses.synthesis.system import System
 from haverify.maths.polynomial import Polynomial
-from haverify.obligations.formula import Formula, Junction, Literal, variables
+from haverify.obligations.formula import HOLDS, Formula, Junction, Literal, variables
 from haverify.solvers.positivity.refute import bounds_of
 from haverify.text.record import holder
 
@@ -71,12 +72,26 @@ def holds(e: Formula, points: Any, names: Sequence[str], slack: float = 0.0) -> 
 
 
 def branches(entries: Sequence[Formula], most: int = 16) -> list[list[Literal]]:
-    """The literals of each choice of members of the disjunctions; the first ones only."""
+    """The literals of each choice of members of the disjunctions that fixed names allow; the first ones only."""
     found: list[list[Literal]] = [[]]
-    for e in entries:
+    for e in sorted(entries, key=lambda e: isinstance(e, Junction)):
         choices = _choices(e, most)
-        found = [[*f, *c] for f in found for c in choices][:most]
+        found = [both for f in found for c in choices if _fixed(both := [*f, *c]) is not None][:most]
     return found
+
+
+def _fixed(literals: Sequence[Literal]) -> dict[str, Fraction] | None:
+    """The values that equations give to names one after the other; None where they make a literal false."""
+    values: dict[str, Fraction] = {}
+    while True:
+        left = [(q.op, q.polynomial.fix(values)) for q in literals]
+        if any(p.constant is not None and not HOLDS[op](p.constant) for op, p in left):
+            return None
+        ends = [(p.variables[0], p.univariate()) for op, p in left if op == "==" and len(p.variables) == 1]
+        more = {v: -c[0] / c[1] for v, c in ends if len(c) == 2}
+        if not more:
+            return values
+        values |= more
 
 
 def _choices(e: Formula, most: int) -> list[list[Literal]]:
@@ -98,6 +113,8 @@ def inside(literals: Sequence[Literal], names: Sequence[str], count: int, seed: 
     corners = points[1 : 1 + count // 2]
     corners[:] = numpy.where(random.random(corners.shape) < 0.5, low, high)  # what is extreme there is often so
     random.shuffle(points[1:])
+    for v, value in (_fixed(literals) or {}).items():
+        points[:, list(names).index(v)] = float(value)
     points, good = moved(literals, names, points)
     return points[good][:count]
 

@@ -108,6 +108,8 @@ class Search:
 def linked_names(system: System, parts: Sequence[Formula]) -> set[str]:
     """The names of formulas, of the rates of these, and of what starts and domain say of them."""
     names = {v for part in parts for v in variables(part)}
+    domain = {v for e in system.common.entries for v in variables(e)}
+    names |= {v for v, p in system.field.items() if p.constant and v in domain and v != "time"}  # clocks that end runs
     entries = [variables(e) for p in (system.common, *system.starts) for e in p.entries]
     entries += [{v, *p.variables} for v, p in system.field.items()]
     for _ in entries:

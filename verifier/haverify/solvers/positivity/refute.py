@@ -52,6 +52,10 @@ def _refute(premises: Premises, effort: Effort, branches: int) -> Proof | None:
     split = next((i for i, e in enumerate(premises.entries) if _is_open(e, premises.entries)), None)
     if split is None:
         return _linear(premises, effort)
+    if branches == MOST_BRANCHES:  # perhaps the literals do without the disjunctions
+        alone = _linear(premises, Effort(effort.levels[:1], effort.until))
+        if alone is not None:
+            return alone
     chosen = premises.entries[split]
     assert isinstance(chosen, Junction)
     if len(chosen.members) > branches:

@@ -9,9 +9,10 @@ Source              H. Peyrl, P. Parrilo, "Computing sum of squares decompositio
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from math import sqrt
-from typing import Any
+from typing import Any, TypeVar
 
 from haverify.maths.definite import squares
 from haverify.maths.elimination import echelon
@@ -23,6 +24,8 @@ MAX_UNKNOWNS = 4000
 ROOT2 = sqrt(2.0)
 MARGIN = 1e-6
 FACES = 4
+T = TypeVar("T")
+Rows = list[dict[int, Fraction]]
 
 
 @record
@@ -92,28 +95,22 @@ def _gram_terms(of: Layout, b: int, cone: Cone, rows: dict[Monomial, dict[int, F
 
 def solve(ansatz: Ansatz, seconds: float) -> Found | None:
     """A solution of the ansatz, or None where none with room around it was found."""
-    for _ in range(FACES):
-        of = layout(ansatz)
-        if of.size > MAX_UNKNOWNS or not of.size:
-            return None
-        rows, right = equations(of)
-        if any(not row and r for row, r in zip(rows, right, strict=True)):
-            return None
-        numbers = _interior(of, rows, right, seconds)
-        if numbers is None:
-            return None
-        exact = _exact(of, rows, right, numbers)
-        if exact is not None:
-            return exact
-        smaller = _face(of, numbers)
-        if smaller is None:
-            return None
-        ansatz = smaller
-    return None
+    return _on_faces(ansatz, seconds, _exact)
 
 
 def approximate(ansatz: Ansatz, seconds: float) -> dict[Key, float] | None:
     """The numbers of the free unknowns near a solution, nothing exact; None where there seems to be none."""
+
+    def read(of: Layout, _rows: Rows, _right: list[Fraction], numbers: list[float]) -> dict[Key, float] | None:
+        return {f.key: numbers[k] for k, f in enumerate(of.ansatz.free)} if numbers[-1] > MARGIN else None
+
+    return _on_faces(ansatz, seconds, read)
+
+
+def _on_faces(
+    ansatz: Ansatz, seconds: float, read: Callable[[Layout, Rows, list[Fraction], list[float]], T | None]
+) -> T | None:
+    """What is read from numbers in the interior; where that is nothing, on smaller and smaller faces of the cone."""
     for _ in range(FACES):
         of = layout(ansatz)
         if of.size > MAX_UNKNOWNS or not of.size:
@@ -124,11 +121,10 @@ def approximate(ansatz: Ansatz, seconds: float) -> dict[Key, float] | None:
         numbers = _interior(of, rows, right, seconds)
         if numbers is None:
             return None
-        if numbers[-1] > MARGIN:
-            return {f.key: numbers[k] for k, f in enumerate(ansatz.free)}
-        smaller = _face(of, numbers)
+        found = read(of, rows, right, numbers)
+        smaller = None if found is not None else _face(of, numbers)
         if smaller is None:
-            return None
+            return found
         ansatz = smaller
     return None
 
