@@ -40,6 +40,8 @@ fn ball(top: f64, claim: Condition, landing: Condition) -> Mode {
         watch: tape(vec![Op::Variable(0), Op::Variable(1), exactly(top), Op::Sub(0, 2)], vec![0, 1, 3], 3),
         domain: vec![(0, Comparison::AtLeast)],
         rest: Condition::Constant(true),
+        inputs: None,
+        facts: Vec::new(),
         claim,
         window: Condition::Constant(true),
         edges: vec![edge],
