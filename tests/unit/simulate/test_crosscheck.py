@@ -1,6 +1,7 @@
 """Runs beside proofs: sound flowpipes raise no alarm, one that is a hundredth too narrow does."""
 
 import copy
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,12 @@ import pytest
 from haverify.analyses.portfolio import decide_all
 from haverify.elaborate.elaborate import elaborate
 from haverify.evidence.evidence import Evidence
-from haverify.evidence.verdict import Proved, Unknown
+from haverify.evidence.verdict import Proved, Trust, Unknown
 from haverify.model.spec import Spec
 from haverify.run import beside as side
 from haverify.run.executors import Solved
 from haverify.run.load import load
+from haverify.run.pipeline import Options, check
 from haverify.simulate.crosscheck import Beside
 from haverify.text.record import replace
 
@@ -95,3 +97,10 @@ def _below(spec: Spec) -> Any:
     condition = spec.claims[0].goals[0].condition
     left, right = condition.children
     return replace(condition, args=(left, replace(right, args=(right.args[0] / 2,))))
+
+
+def test_the_report_says_that_no_runs_were_simulated(tmp_path: Path) -> None:
+    (tmp_path / "ball.ha").write_text(BALL)
+    options = Options(None, Fraction(60), 1, tmp_path / "r", False, None, Trust.ENCLOSED, crosscheck=False)
+    assert check(str(tmp_path / "ball.ha"), options).report.options["crosscheck"] == "off"
+    assert "crosscheck" not in check(str(tmp_path / "ball.ha"), replace(options, crosscheck=True)).report.options
