@@ -69,7 +69,7 @@ def is_brief(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few starts, short runs, no programs: what is not decided so stays open."""
     monkeypatch.setattr("haverify.analyses.induction.refutation.STARTS", 2)
     monkeypatch.setattr("haverify.analyses.induction.refutation.STEPS", 100)
-    monkeypatch.setattr("haverify.analyses.induction.decide._shown", lambda _, before: before)
+    monkeypatch.setattr("haverify.analyses.induction.decide._shown", lambda _, before, _seconds: before)
 
 
 @pytest.mark.usefixtures("is_brief")

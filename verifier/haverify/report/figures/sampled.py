@@ -28,11 +28,15 @@ def trails(s: Scope, piece: Piece) -> list[Trail]:
     for start in starts(piece):
         own = with_params(s, {n: repr(x) for n, x in start.items() if n in s.params})
         try:
-            rates = {n: own.value(rate) for n, rate in s.rates.items()}
+            rates = {"time": _one, **{n: own.value(rate) for n, rate in s.rates.items()}}
         except Undrawable:
             return []
         found.append(_trail(rates, start, piece, min(parts, 4)))
     return [t for t in found if t is not None]
+
+
+def _one(_: State) -> float:
+    return 1.0
 
 
 def starts(piece: Piece) -> list[State]:
