@@ -1,5 +1,6 @@
 """`haverify fit` and `haverify compare` as users call them."""
 
+import math
 import re
 from pathlib import Path
 
@@ -128,6 +129,7 @@ def test_what_cannot_be_used_writes_nothing(tmp_path: Path, capsys: pytest.Captu
         ([str(WALKS / "subject01_walk_grf.mot"), "-o", "a.ha"], "only ground forces"),
         ([str(WALKS / TRIAL), "-o", "a.txt"], "ends in .ha"),
         ([str(WALKS / TRIAL), "-o", "a.ha", "--degree", "2"], "3 to 9"),
+        ([str(WALKS / TRIAL), "-o", "a.ha", "--plot", "a.png"], "drawings are SVG"),
         ([str(WALKS / TRIAL), "-o", "a.ha", "--bound", "knee=1..-130"], "such as knee=-130..1"),
     ],
 )
@@ -167,6 +169,14 @@ def test_a_cycle_that_begins_elsewhere_is_turned(capsys: pytest.CaptureFixture[s
     out = capsys.readouterr().out
     assert "% later" in out
     assert all(float(c) > 0.95 for c in re.findall(r"-?\d+\.\d+ +-?\d+\.\d+ +(\d\.\d{3})", out))
+
+
+def test_large_distances_stay_in_their_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    specs = WALKS.parents[1] / "spec"
+    assert main(["compare", str(specs / "gait.ha"), str(specs / "gait_printed.ha")]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[2:8]]
+    assert [len(row) for row in rows] == [12] * 6
+    assert all(math.isfinite(float(cell)) for row in rows for cell in row[2:])
 
 
 def test_one_walk_is_nothing_to_compare(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """Files other than OpenSim's: separated values, markers, landmarks; what is written is read again."""
 
 import sys
+import warnings
 from fractions import Fraction as Q
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from haverify.cli import main
 from haverify.recordings.labels import joint_of
 from haverify.recordings.read import read
 from haverify.recordings.recording import JOINTS
+from haverify.recordings.trc import vertical
 from haverify.recordings.write import motion, separated
 from haverify.run.recordings import recorded
 from haverify.text.source import Source
@@ -195,3 +197,12 @@ def test_a_c3d_file_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "walk.c3d"
     path.write_bytes(b"anything")
     assert codes(recorded([str(path)]).found) == ["HA210"]
+
+
+def test_legs_that_no_frame_shows_have_some_axis_in_silence() -> None:
+    import numpy as np
+
+    nowhere = np.full((4, 3), np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert vertical({"lhip": nowhere, "lankle": nowhere}) in range(3)

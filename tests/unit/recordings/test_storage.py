@@ -125,3 +125,17 @@ def test_milliseconds_that_call_themselves_seconds_are_an_error() -> None:
     assert found.recording is None
     assert codes(found.found) == ["HA108"]
     assert "milliseconds" in found.found[0].message
+
+
+def test_more_than_a_turn_is_an_error_at_its_cell() -> None:
+    found = mot("inDegrees=yes\n" + DEGREES + "1.0\t1\t1\t-1e300\t1\t1\t1\n")
+    assert found.recording is None
+    assert codes(found.found) == ["HA108"]
+    assert "the right knee is at -1e+300 deg, more than a turn" in found.found[0].message
+
+
+def test_a_single_wrong_sample_turns_no_knee() -> None:
+    knees = [200 if k == 30 else -(k % 60) for k in range(99)]
+    rows = "".join(f"{k / 60:.6f}\t{k % 30}\t{-(k % 30)}\t{v}\t{-(k % 50)}\t1\t2\n" for k, v in enumerate(knees))
+    found = mot("inDegrees=yes\nendheader\n" + LABELS + "\n" + rows)
+    assert "HA223" not in codes(found.found)

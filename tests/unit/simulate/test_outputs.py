@@ -68,3 +68,67 @@ def test_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["falsify", block, "-n", "64", "-p", "never_topples"]) == 3
     assert main(["falsify", block, "-n", "64", "-p", "rocks"]) == 5
     assert "least margin" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--seed", "-1"), "--seed -1: a number from 0"),
+        (("--seed", "99999999999999999999"), "a number from 0 to 2147483647"),
+        (("--plot", "out.png"), "drawings are SVG"),
+    ],
+)
+def test_options_outside_their_limits_are_told(
+    more: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", str(SAMPLES / "bouncing_ball.ha"), *more]) == 2
+    assert said in capsys.readouterr().err
+    if "--seed" in more:
+        assert main(["falsify", str(SAMPLES / "bouncing_ball.ha"), *more]) == 2
+
+
+ROOMS = """spec "Rooms" version "1.0" unitless
+automaton Room {
+  input beside
+  var T
+  init Off with { T := 292 }
+  mode Off { domain T >= 291; flow { T' = beside - T }
+    edge heat: -> On when T <= 292 }
+  mode On { flow { T' = beside - T + 5 } }
+}
+automaton Alone {
+  var T
+  init Only where T > 5 with { T := 0 }
+  mode Only { flow { T' = 1 } }
+}
+system House {
+  input outside in [270, 280]
+  part one = Room with { beside = outside }
+  part two = Room with { beside = one.T }
+}
+property impossible on Alone { within 1; always T <= 0 }
+"""
+
+
+def test_the_modes_of_a_system_are_those_of_all_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec, out = tmp_path / "rooms.ha", tmp_path / "out.svg"
+    spec.write_text(ROOMS)
+    assert main(["simulate", str(spec), "-a", "House", "--kind", "modes", "--plot", str(out)]) == 0
+    assert "Off | On" in out.read_text()
+    assert main(["simulate", str(spec)]) == 2
+    assert "the input `beside` is bound by nothing here; try -a House" in capsys.readouterr().err
+
+
+def test_no_start_has_no_margin(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "rooms.ha"
+    spec.write_text(ROOMS)
+    assert main(["falsify", str(spec), "-n", "8"]) == 3
+    assert capsys.readouterr().out == "impossible: unknown (no admissible start was found)\n"
+
+
+def test_a_single_mode_has_no_mode_graph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "one.ha"
+    spec.write_text('spec "One" version "1.0" unitless\nautomaton A { var x\n  init M with { x := 0 }\n'
+                    "  mode M { flow { x' = 1 } } }\n")  # fmt: skip
+    assert main(["simulate", str(spec), "--kind", "modes", "--plot", str(tmp_path / "out.svg")]) == 2
+    assert "the mode graph of `A` is not drawn: 1 mode, 0 edges" in capsys.readouterr().err

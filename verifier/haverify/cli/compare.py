@@ -7,6 +7,7 @@ import os
 import sys
 from pathlib import Path
 
+from haverify.cli.limits import require_svg
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_error, is_meaningless
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -27,6 +28,8 @@ from haverify.text.source import Source
 
 def run(called: argparse.Namespace) -> int:
     """Print how far each further walk is from the first; exit code 2 where one cannot be read."""
+    if called.plot:
+        require_svg(called.plot)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for one another
     found: list[Diagnostic] = []
     sources: dict[str, Source] = {}

@@ -7,11 +7,11 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
+from haverify.cli.limits import LAST_SEED, within
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
 from haverify.diagnostics.order import settle
 from haverify.diagnostics.render import render_all
-from haverify.errors import UsageError
 from haverify.model.claim import Claim, Goal
 from haverify.model.spec import Spec
 from haverify.report.exit_codes import NOTHING, OK, UNDECIDED, UNREADABLE, WRONG, worst
@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from haverify.simulate.run import SimulatedRun
 
 MOST = 10_000_000
+UNBOUNDED = 1e300  # the margin of what compares no numbers, or of a run that never has a value
 CLEARER = 4.0  # times the margin is asked for where enclosures could not tell
 
 
 def run(called: argparse.Namespace) -> int:
     """Search for each claim; exit code 0 refuted as expected, 1 refuted otherwise, 3 nothing certain was found."""
-    if not 1 <= called.runs <= MOST:
-        raise UsageError(f"--runs {called.runs}: a number from 1 to {MOST}")
+    within("--runs", called.runs, 1, MOST)
+    within("--seed", called.seed, 0, LAST_SEED)
     spec, sources, found = read(called.file)
     errors = settle(d for d in found if is_meaningless(d))
     if spec is None or errors:
@@ -85,9 +86,9 @@ def _goal(spec: Spec, claim: Claim, goal: Goal, called: argparse.Namespace) -> d
             goal = claim.goals[number]
         asked = subject(spec, automaton, claim, goal, float(duration(called.until)), called.policy, called.seed)
         found = searched(asked, called.runs, called.seed)
-        told |= {"margin": found.margin, "runs": found.runs}
         if found.run is None:
-            return {**told, "reason": "no admissible start was found"}
+            return {**told, "runs": found.runs, "reason": "no admissible start was found"}
+        told |= {"margin": found.margin, "runs": found.runs}
         told |= _drawn(found.run)
         if not found.is_violated:
             return {**told, "reason": "no violation was found"}
@@ -117,7 +118,8 @@ def _text(told: dict[str, Any]) -> str:
     if "reason" in told:
         lines[0] += f" ({told['reason']})"
     if "margin" in told:
-        lines.append(f"  least margin {told['margin']:.6g} after {told['runs']} runs")
+        margin = f"least margin {told['margin']:.6g}" if abs(told["margin"]) < UNBOUNDED else "no margin"
+        lines.append(f"  {margin} after {told['runs']} runs")
     if told["verdict"] == "refuted" or "violated" in told.get("reason", ""):
         start = ", ".join(f"{k} = {v if isinstance(v, str) else format(v, '.9g')}" for k, v in told["start"].items())
         lines.append(f"  start: {start}")

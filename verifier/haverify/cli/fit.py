@@ -9,6 +9,7 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
+from haverify.cli.limits import require_svg
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.render import render_all
@@ -23,6 +24,8 @@ from haverify.run.recordings import recorded
 
 def run(called: argparse.Namespace) -> int:
     """Write the spec and its tables; exit code 2, and nothing written, where a recording cannot be used."""
+    if called.plot:
+        require_svg(called.plot)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait for one another
     path = Path(called.output)
     stem = path.stem

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from haverify.cli.limits import LAST_SEED, require_svg, within
 from haverify.cli.output import put, wants_colour
 from haverify.diagnostics.codes import is_meaningless
 from haverify.diagnostics.order import settle
@@ -19,6 +20,7 @@ from haverify.model.spec import Spec
 from haverify.report.exit_codes import NOTHING, OK, UNREADABLE
 from haverify.run.examine import read
 from haverify.run.settings import duration
+from haverify.text.record import replace
 
 if TYPE_CHECKING:
     from haverify.simulate.run import SimulatedRun
@@ -61,9 +63,11 @@ def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
     from haverify.simulate.run import Settings, followed
     from haverify.simulate.traces import as_json
 
-    for option, number in (("--runs", called.runs), ("--samples", called.samples)):
-        if not 1 <= number <= MOST:
-            raise UsageError(f"{option} {number}: a number from 1 to {MOST}")
+    within("--runs", called.runs, 1, MOST)
+    within("--samples", called.samples, 1, MOST)
+    within("--seed", called.seed, 0, LAST_SEED)
+    if called.plot not in (None, "-"):
+        require_svg(called.plot)
     until = float(duration(called.until))
     try:
         model = SimulatedAutomaton(spec, _put_together(spec, name))
@@ -71,7 +75,9 @@ def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
         chance = random.Random(called.seed)
         draws = [drawing.nominal() if k == 0 else drawing.random(chance.random) for k in range(called.runs)]
     except OutsideFragmentError as e:
-        raise UsageError(f"{called.file}: `{name}` cannot be run: {e}") from e
+        systems = [s.name for s in spec.systems if s.name != name]
+        other = f"; try -a {systems[0]}" if called.automaton is None and systems else ""
+        raise UsageError(f"{called.file}: `{name}` cannot be run: {e}{other}") from e
     seeds = range(called.seed, called.seed + len(draws))
     runs = [
         followed(model, d, Settings(until, policy=called.policy, seed=k)) for d, k in zip(draws, seeds, strict=True)
@@ -110,7 +116,7 @@ def _motion(run: SimulatedRun, times: list[float], called: argparse.Namespace) -
 
 def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Namespace) -> str:
     """The drawing that is asked for, as a file of its own."""
-    from haverify.report.figures import graphs, simulated
+    from haverify.report.figures import simulated
     from haverify.report.html.style import standalone
     from haverify.simulate.as_csv import titled
     from haverify.simulate.traces import columns, drawn_by_default, traces
@@ -122,10 +128,7 @@ def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Name
         raise UsageError(f"{called.file}: there is no `{unknown[0]}` to draw (there is: {', '.join(columns(model))})")
     title = f"{model.automaton.name}, {len(runs)} runs" if len(runs) > 1 else f"{model.automaton.name}, a run"
     if called.kind == "modes":
-        from haverify.model.core import to_core
-
-        found = next(a for a in to_core(model.spec)["automata"] if a["name"] == model.automaton.name)
-        return standalone(graphs.of_automaton(found).svg)
+        return standalone(_modes(model.spec, model.automaton, called))
     if called.kind == "series":
         return standalone(simulated.over_time(titled(model, names), [traces(r, names, times) for r in runs], title))
     if len(names) < 2:
@@ -134,6 +137,21 @@ def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Name
     drawn = [traces(r, pair, times) for r in runs]
     arrows = _arrows(runs[0], pair, drawn, called) if called.kind == "field" else []
     return standalone(simulated.in_plane((titled(model, pair)[0], titled(model, pair)[1]), drawn, arrows, title))
+
+
+def _modes(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespace) -> str:
+    """The mode graph; of a system, that of all its parts together."""
+    from haverify.model.core import to_core
+    from haverify.report.figures import graphs
+    from haverify.report.figures.material import Undrawable
+
+    [found] = to_core(replace(spec, automata=(automaton,), systems=(), claims=()))["automata"]
+    try:
+        return graphs.of_automaton(found).svg
+    except Undrawable as e:
+        count = len(automaton.modes)
+        message = f"the mode graph of `{automaton.name}` is not drawn: {count} mode{'' if count == 1 else 's'}"
+        raise UsageError(f"{called.file}: {message}, {len(automaton.edges)} edges") from e
 
 
 def _arrows(

@@ -113,7 +113,13 @@ def table(a: Cycled, b: Cycled, shift: int, found: Sequence[Distance]) -> str:
         "joint            rms    peak   corr " + ("  rms/SD" if scored else "") + "".join(f"{p:>7}" for p in PHASES)
     )
     for d in found:
-        score = f"{d.score:>8.2f}" if d.score is not None else ""
-        phases = "".join(f"{x:>7.2f}" for x in d.phases)
-        lines.append(f"{told(d.joint):<13} {d.rms:>6.2f} {d.peak:>7.2f} {d.correlation:>6.3f} {score}{phases}")
+        score = f"{_cell(d.score, 8)}" if d.score is not None else ""
+        phases = "".join(f"{_cell(x, 7)}" for x in d.phases)
+        lines.append(f"{told(d.joint):<13} {_cell(d.rms, 6)} {_cell(d.peak, 7)} {d.correlation:>6.3f} {score}{phases}")
     return "\n".join(lines) + "\n"
+
+
+def _cell(x: float, width: int) -> str:
+    """A number right in its column, with fewer digits where it would touch the one before."""
+    ways = (format(x, f) for f in (".2f", ".0f"))
+    return next((w for w in ways if len(w) < width), format(x, ".0e")).rjust(width)

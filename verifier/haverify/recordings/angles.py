@@ -23,6 +23,7 @@ _SECONDS = Q(1)
 _MANY = 15  # samples from which on their distance can be judged
 _SLOWEST = Q(3, 20)  # seconds between samples: fewer than seven a second show no walk
 
+_DEGREES = Q(360)
 _TURN = Q(7)  # no joint turns by so many radians; as degrees, no walk has so small a range of the knee
 
 
@@ -55,6 +56,9 @@ def recording(
     if unit is None:
         return None, found
     angles = {j: _degrees(v, unit) for j, v in values.items()}
+    found += _beyond_a_turn(columns, at, angles)
+    if any(is_error(d) for d in found):
+        return None, found
     angles, more = _knees(columns, at, angles)
     found += more
     kept, more = _whole(columns, at, times, angles)
@@ -132,15 +136,29 @@ def _degrees(values: list[Q | None], unit: str) -> Angles:
     return tuple(None if v is None else Q(round(v * _DEGREES_PER_RADIAN * 1_000_000), 1_000_000) for v in values)
 
 
+def _beyond_a_turn(columns: Columns, at: Mapping[str, int], angles: Mapping[str, Angles]) -> list[Diagnostic]:
+    """An error at the first sample that no joint can reach."""
+    for j in JOINTS:
+        for i, v in enumerate(angles[j]):
+            if v is not None and abs(v) > _DEGREES:
+                message = f"the {told(j)} is at {float(v):.4g} deg, more than a turn"
+                return [Diagnostic("HA108", message, columns.span(i, at[j]), severity=Severity.ERROR)]
+    return []
+
+
 def _knees(
     columns: Columns, at: Mapping[str, int], angles: Mapping[str, Angles]
 ) -> tuple[dict[str, Angles], list[Diagnostic]]:
-    """The angles with knee flexion negative: a knee bends further one way than it can the other."""
+    """The angles with knee flexion negative: a knee bends further one way than it can the other.
+
+    The outermost samples, a fiftieth at each end, are not asked: a few wrong ones shall not turn the others.
+    """
     turned: dict[str, Angles] = dict(angles)
     spans = []
     for joint in ("lk", "rk"):
-        there = [v for v in angles[joint] if v is not None]
-        if there and max(there) > -min(there):
+        there = sorted(v for v in angles[joint] if v is not None)
+        few = len(there) // 50
+        if there and there[-1 - few] > -there[few]:
             turned[joint] = tuple(None if v is None else -v for v in angles[joint])
             spans.append(columns.spans[at[joint]])
     if not spans:

@@ -45,10 +45,11 @@ def trc(source: Source) -> tuple[Recording | None, list[Diagnostic]]:
 
 
 def vertical(points: Mapping[str, object]) -> int:
-    """The axis along which hips are farthest from ankles."""
+    """The axis along which hips are farthest from ankles; any, where no frame shows both."""
     import numpy as np
 
-    apart = np.nanmean(np.asarray(points["lhip"]) - np.asarray(points["lankle"]), axis=0)
+    between = np.asarray(points["lhip"]) - np.asarray(points["lankle"])
+    apart = np.nansum(between, axis=0)
     return int(np.argmax(np.abs(apart)))
 
 

@@ -108,9 +108,24 @@ class SimulatedAutomaton:
         lets = (*self.automaton.lets, *(o for m in self.automaton.modes for o in m.lets))
         return tuple({o.name: o for o in lets}.values())
 
+    @cached_property
+    def leaving(self) -> Mapping[str, tuple[int, ...]]:
+        """The numbers of the edges that leave each mode: a system of many parts has thousands of both."""
+        found: dict[str, list[int]] = {m.name: [] for m in self.automaton.modes}
+        for i, e in enumerate(self.automaton.edges):
+            found[e.source].append(i)
+        return {m: tuple(numbers) for m, numbers in found.items()}
+
+    @cached_property
+    def _numbers(self) -> Mapping[str, int]:
+        return {m.name: i for i, m in enumerate(self.automaton.modes)}
+
     def mode(self, name: str) -> int:
         """The number of a mode."""
-        return next(i for i, m in enumerate(self.automaton.modes) if m.name == name)
+        return self._numbers[name]
+
+    def _edges(self, mode: str) -> list[Edge]:
+        return [self.automaton.edges[i] for i in self.leaving[mode]]
 
     def _code(self, mode: Mode) -> Code:
         lets = {("let", o.name): o.expr for o in (*self.automaton.lets, *mode.lets)}
@@ -139,7 +154,7 @@ class SimulatedAutomaton:
         rates |= {i.name: Expr("var", (SLOPE + i.name,)) for i in self.inputs if i.rate is not None}
         slopes = [code.value(rates[n]) if n in rates else None for n in self.names]
         domain = code.words(residual(mode.domain, Situation(mode.name)), closed=True)
-        ready = [self._ready(code, e) for e in self.automaton.edges if e.source == mode.name]
+        ready = [self._ready(code, e) for e in self._edges(mode.name)]
         observed = [code.value(q) for q in self.observed[k].quantities] if self.observed else []
         self.moving.append(len(code.operations))
         return slopes, domain, ready, observed
@@ -153,14 +168,14 @@ class SimulatedAutomaton:
         """That no edge above another in a priority is ready."""
         higher = order.over[: order.over.index(edge.name)]
         when = code.words(residual(order.when, Situation(edge.source)))
-        rivals = [e for e in self.automaton.edges if e.name in higher and e.source == edge.source]
+        rivals = [e for e in self._edges(edge.source) if e.name in higher]
         return [denial(joined("all", [when, self._enabled(code, e)])) for e in rivals]
 
     def _enabled(self, code: Code, edge: Edge) -> Words:
         guard = code.words(residual(edge.guard, Situation(edge.source)))
         if any(isinstance(a.to, Range) for a in edge.resets):
             return guard
-        target = next(m for m in self.automaton.modes if m.name == edge.target)
+        target = self.automaton.modes[self.mode(edge.target)]
         lets = {o.name: residual(o.expr, Situation(target.name)) for o in (*self.automaton.lets, *target.lets)}
         resets = {a.var: residual(a.to, Situation(edge.source)) for a in edge.resets if isinstance(a.to, Expr)}
         landed = _landed(residual(target.domain, Situation(target.name)), lets, resets)
@@ -183,7 +198,7 @@ class SimulatedAutomaton:
     def _closed(self, k: int, made: tuple[list[int | None], Words, list[Words], list[int]]) -> ModeListing:
         mode, code = self.automaton.modes[k], self.codes[k]
         slopes, domain, _, observed = made
-        own = [i for i, e in enumerate(self.automaton.edges) if e.source == mode.name]
+        own = list(self.leaving[mode.name])
         self._add_starts(k, domain)
         outputs = [self._output(code, o, mode) for o in self.outputs]
         return (
