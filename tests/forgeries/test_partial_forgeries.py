@@ -27,7 +27,7 @@ def outcome(claim: str, literal: Json, start: Json, keep: Json = None, **texts: 
     for word, replacement in given.items():
         text = text.replace(word, replacement)
     world = World(text)
-    flow = {"cuts": [{"formula": literal, "start": "t", "keep": keep or GROWS}], "end": "t"}
+    flow = {"cuts": [{"formula": literal, "start": "t", "keep": keep or GROWS}], "end": "b"}
     here = {"mode": "Run", "values": {"x": start, "y": "0"}, "params": {}}
     return world.forge("i", None, {"init": "b", "flow": flow}, here)
 

@@ -275,7 +275,16 @@ class Instant:
         low, high = (b, a) if op[0] == ">" else (a, b)
         pairs = product(*(self._greatest(e) if op[0] in "<>" else [[c] for c in self.value(e)] for e in (low, high)))
         op = op.replace(">", "<")
-        return conj([disj([self._between(op, x, y) for y in ys]) for xs, ys in pairs for x in xs])
+        held = [disj([self._between(op, x, y) for y in ys]) for xs, ys in pairs for x in xs]
+        return conj([*held, *(self._partial(args) if not self._exact else ())])
+
+    def _partial(self, e: Json) -> Iterator[Formula]:
+        """The roots and logarithms that an expression reads are defined, also where their values are of no account."""
+        for op, *args in nodes(e):
+            if op in ("sqrt", "log"):
+                yield literal(">=" if op == "sqrt" else ">", self.poly(args[0]))
+            elif op == "let":
+                yield from self._partial(self.scope.let(self.mode, args[0])["expr"])
 
     def _greatest(self, e: Json) -> list[list[Case]]:
         """The cases of a number, each as the greatest of some: of x and -x where it is an absolute value."""

@@ -30,6 +30,7 @@ class Flow:
 
     def kept(self, proof: Json, at_start: list[Formula], wanted: Formula) -> None:
         """Refuse unless every run from a state with `at_start` has `wanted` at all times in the mode."""
+        self.slope(ZERO)  # rates are defined, whatever is shown of them
         if isinstance(proof, list):
             word, value, yes, no = proof
             if word != "split":
@@ -74,6 +75,12 @@ class Flow:
                     raise Refused(f"a flow where `{op}` is not defined everywhere")
                 self._seen.add(key)
 
+    def _cofactor(self, value: Json) -> Poly:
+        """What a polynomial grows by, which has to be bounded: no function in it grows beyond all bounds."""
+        p = polynomial(value)
+        self._defined(p, "<")
+        return p
+
     def _ideal(self, known: Premises, value: Json) -> Poly:
         """A combination of equations that hold at all times."""
         return total((1, mul(polynomial(p), known.equation(i))) for i, p in value)
@@ -86,7 +93,7 @@ class Flow:
         if any(g[0] in ("and", "or") for g in found) or not len(found) == len(keep["matrix"]) == len(keep["ideal"]):
             raise Refused("a row is missing, or a cut is of another shape than its rule")
         for (_, p), row, ideal in zip(found, keep["matrix"], keep["ideal"], strict=True):
-            terms = [(1, mul(polynomial(c), g[1])) for c, g in zip(row, found, strict=True)]
+            terms = [(1, mul(self._cofactor(c), g[1])) for c, g in zip(row, found, strict=True)]
             if total([*terms, (1, self._ideal(known, ideal)), (-1, self.slope(p))]) != ZERO:
                 raise Refused("a slope is not what its row says")
 
@@ -101,7 +108,7 @@ class Flow:
             if width <= 0:
                 raise Refused("a band without a width")
             near.append(literal("<", add(p, const(width), -1)) if f[0] == "<=" else literal(">", add(p, const(width))))
-        faster = literal(">", add(self.slope(p), mul(polynomial(keep["cofactor"]), p), -1))
+        faster = literal(">", add(self.slope(p), mul(self._cofactor(keep["cofactor"]), p), -1))
         refute(keep["proof"], known.with_(*near, faster))
 
     def barrier(self, known: Premises, f: Formula, keep: Json) -> None:
@@ -158,7 +165,7 @@ class Flow:
         for _ in range(rank):
             chain.append(self.slope(chain[-1]))
         if row is not None:
-            terms = [(1, mul(polynomial(c), q)) for c, q in zip(row, chain, strict=False)]
+            terms = [(1, mul(self._cofactor(c), q)) for c, q in zip(row, chain, strict=False)]
             if total([*terms, (1, self._ideal(known, ideal)), (-1, chain[rank])]) != ZERO:
                 raise Refused("a derivative is not what its row says")
         return chain[:rank]

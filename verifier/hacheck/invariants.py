@@ -33,7 +33,7 @@ class FlowScope(Scope):
         bad = any("'" in n or n in {*self.types, *self.ranges, "pi", "time"} for n in self.inputs)
         if bad or any(i["type"] != "real" or i["low"] is None or i["high"] is None for i in self.inputs.values()):
             raise Beyond("an input without two bounds, or with a name that means something else")
-        if any(not set("(*+").isdisjoint(n) for n in (*self.types, *self.ranges, *self.inputs)):
+        if any(not set("(*+)").isdisjoint(n) for n in (*self.types, *self.ranges, *self.inputs)):
             raise Beyond("a name that could be that of a function, or a part of one")
 
     def function(self, op: str, a: Poly) -> Poly:
@@ -303,9 +303,11 @@ class Induction:
         yield from self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
 
     def here(self, f: Formula, env: Env) -> bool:
-        """Does a formula certainly hold with these values, whatever the params left out?"""
+        """Does a formula certainly hold with these values, whatever params left out are (around their range)?"""
         put = replace(f, lambda op, p: literal(op, self.functions.substitute(p, env)))
-        known = self.param_ranges({}) if self.scope.params.keys() - env.keys() else ()
+        out = sorted(self.scope.params.keys() - env.keys())
+        known = [literal(op, add(var(n), const(q), -1)) for n in out
+                 for op, q in zip((">=", "<="), self.scope.box[n], strict=True) if q is not None]  # fmt: skip
         return on_box(self.premises(*known, negated(put)))
 
     def jumped(self, mode: str, env: Env, step: Json) -> tuple[str, Env]:

@@ -76,7 +76,7 @@ class Premises:
 
     def _add(self, formulas: Iterable[Formula]) -> None:
         for f in formulas:
-            for g in members(replace(f, primitive), "and"):
+            for g in members(_distinct(replace(f, primitive)), "and"):
                 key = _key(g)
                 if g is not True and key not in self._seen and not _is_always(g):
                     self._seen.add(key)
@@ -132,6 +132,16 @@ def _is_always(f: Formula) -> bool:
         return False
     keys = {_key(m) for m in f[1:] if m[0] in LITERALS}
     return any(_key(replace(negated(m), primitive)) in keys for m in f[1:] if m[0] in LITERALS)
+
+
+def _distinct(f: Formula) -> Formula:
+    """The formula without members that are there already."""
+    if isinstance(f, bool) or f[0] in LITERALS:
+        return f
+    found: dict[Any, Formula] = {}
+    for g in map(_distinct, f[1:]):
+        found.setdefault(_key(g), g)
+    return (conj if f[0] == "and" else disj)(found.values())
 
 
 def _key(f: Formula) -> Any:

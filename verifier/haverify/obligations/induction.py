@@ -107,7 +107,7 @@ class Induction:
         edge = self.automaton.edges[k]
         types = {v.name: self._type_range(v.type) for v in self.automaton.vars if v.type != "real"}
         scope, resets = self.scope(edge.source), [a for a in edge.resets if a.var in types]
-        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent)
+        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent, is_told=True)
         taken = conjunction([guard, *self.common(edge.source)]) if resets else False
         for a in resets:
             ends = [scope.polynomial(e) for e in ((a.to.low, a.to.high) if isinstance(a.to, Range) else (a.to,))]
@@ -194,12 +194,20 @@ class Induction:
             self._scopes[mode] = found
         return found
 
-    def formula(self, e: Expr, mode: str, scope: Scope | None = None, *, is_closed: bool = False) -> Formula:
-        """A condition in a mode; `is_closed`: read as a closed set (LANGUAGE S6)."""
+    def formula(
+        self, e: Expr, mode: str, scope: Scope | None = None, *, is_closed: bool = False, is_told: bool = False
+    ) -> Formula:
+        """A condition in a mode; `is_closed`: read as a closed set (LANGUAGE S6); `is_told`: a guard or a start's.
+
+        What is told, and domains, hold whatever roots and logarithms are where these are not defined; what is claimed
+        or assumed holds only where all that it reads is defined.
+        """
         if any(n.op == "der" for n in nodes(e)):
             raise OutsideFragmentError("`der` in a claim about a flow that is not clock-driven")
         known = scope or self.scope(mode)
-        return known.formula(_Reading(mode, known, is_closed).inward(residual(e, Situation(mode))))
+        return known.formula(
+            _Reading(mode, known, is_closed, is_closed or is_told).inward(residual(e, Situation(mode)))
+        )
 
     def aim(self, mode: str, scope: Scope | None = None) -> Formula:
         """What the goal claims in a mode."""
@@ -296,7 +304,7 @@ class Induction:
     def starts(self, init: Init, mode: str) -> list[Formula]:
         """What an init line says of a start in a mode."""
         scope = self.scope(mode)
-        given = [self.formula(init.where, mode)]
+        given = [self.formula(init.where, mode, is_told=True)]
         for a in init.assigns:
             value = variable(a.var)
             ends = [(">=", a.to.low), ("<=", a.to.high)] if isinstance(a.to, Range) else [("==", a.to)]
@@ -332,7 +340,7 @@ class Induction:
         """What holds when an edge is taken: before, the guard, the chosen values, after."""
         edge = self.automaton.edges[k]
         scope = self.scope(edge.source)
-        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent)
+        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent, is_told=True)
         chosen: list[Formula] = []
         for a in edge.resets:
             if isinstance(a.to, Range):
@@ -380,6 +388,7 @@ class _Reading:
     mode: str
     scope: Scope
     is_closed: bool
+    is_told: bool
 
     def inward(self, e: Expr, is_denied: bool = False) -> Expr:
         """The condition, or its negation, as the checker reads it."""
@@ -400,7 +409,19 @@ class _Reading:
         op = NEGATED[e.op] if is_denied else e.op
         if self.is_closed:
             op = CLOSED.get(op, op)
-        return TRUE if self.is_closed and op == "!=" else self.spread(op, *e.children)
+        if self.is_closed and op == "!=":
+            return TRUE
+        held = self.spread(op, *e.children)
+        defined = () if self.is_told else tuple(self.defined(e))
+        return Expr("and", (held, *defined)) if defined else held
+
+    def defined(self, e: Expr) -> Iterator[Expr]:
+        """The roots and logarithms that an expression reads are defined."""
+        for n in nodes(e):
+            if n.op in ("sqrt", "log"):
+                yield Expr(">=" if n.op == "sqrt" else ">", (n.children[0], Expr("num", (Q(0),))))
+            elif n.op == "let" and n.name in self.scope.lets:
+                yield from self.defined(self.scope.lets[n.name][1])
 
     def spread(self, op: str, a: Expr, b: Expr) -> Expr:
         """A comparison, absolute values on its sides taken for the greater of two numbers."""

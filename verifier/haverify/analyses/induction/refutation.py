@@ -144,7 +144,7 @@ def ways(induction: Induction) -> Iterator[Way]:
         yield Way(mode, None, told, induction.formula(denial, mode))
         for k, edge in enumerate(induction.automaton.edges):
             if edge.source == mode and most != 0 and not induction.inputs:
-                guard = induction.formula(edge.guard, mode)  # as written, also where the edge is urgent
+                guard = induction.formula(edge.guard, mode, is_told=True)  # as written, also where the edge is urgent
                 after = [induction.after(f, k) for f in windows]
                 wrong = induction.after(induction.formula(denial, edge.target), k)
                 yield Way(mode, k, told.with_(guard, *induction.jump(k), *after), wrong)
