@@ -132,3 +132,12 @@ def test_a_single_mode_has_no_mode_graph(tmp_path: Path, capsys: pytest.CaptureF
                     "  mode M { flow { x' = 1 } } }\n")  # fmt: skip
     assert main(["simulate", str(spec), "--kind", "modes", "--plot", str(tmp_path / "out.svg")]) == 2
     assert "the mode graph of `A` is not drawn: 1 mode, 0 edges" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["series", "phase", "field"])
+def test_a_run_without_any_value_is_not_drawn(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "one.ha"
+    spec.write_text('spec "One" version "1.0" unitless\nautomaton A { var x, y\n  init M with { x := 0; y := 0 }\n'
+                    "  mode M { flow { x' = 1 / x; y' = 1 } } }\n")  # fmt: skip
+    assert main(["simulate", str(spec), "--kind", kind, "--plot", str(tmp_path / "out.svg")]) == 2
+    assert "no run has an instant to draw" in capsys.readouterr().err

@@ -122,6 +122,8 @@ def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Name
     from haverify.simulate.traces import columns, drawn_by_default, traces
 
     model = runs[0].model
+    if not any(r.rows(times) for r in runs):
+        raise UsageError(f"{called.file}: no run has an instant to draw: {runs[0].told()}")
     names = called.of.split(",") if called.of else drawn_by_default(model)
     unknown = [n for n in names if n not in columns(model)]
     if unknown:
