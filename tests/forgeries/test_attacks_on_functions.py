@@ -167,3 +167,20 @@ def test_brackets_in_names_do_not_read_as_those_of_functions() -> None:
     start = {"mode": "M", "values": {"a": "0", "t)": "0", "a)": "0", "t": "0"}, "params": {}}
     with pytest.raises(FAULTS, match="a part of one"):
         World(NESTED, renamed).forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}}, start)
+
+
+EMPTYING = """
+spec "s" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  init M where x == 1 and 0 <= y <= 1
+  mode M { domain x >= 0; flow { x' = -1; y' = -sqrt(x) * y } }
+}
+property p on A { always sqrt(x) <= 1 }
+"""
+
+
+def test_a_root_that_a_rate_reads_too_needs_a_slope() -> None:
+    """At x = 0 it has none, which is no matter for the rate; a proof beside that would be refused."""
+    assert type(decide_all(World(EMPTYING).spec)["p"].verdict).__name__ == "Unknown"

@@ -48,10 +48,10 @@ class Keeper:
 
     def _is_defined(self, always: Premises, formula: Formula) -> bool:
         """Whether roots, logarithms and inverses that are derived, or are rates, are away from where they are not."""
-        read = [(p, compare("<=", p)) for f in literals(formula) for _, p in self.functions.partial(f.polynomial)]
+        read = [compare("<=", p) for f in literals(formula) for _, p in self.functions.partial(f.polynomial)]
         for rate in self.rates.values():
-            read += [(a, compare("<" if op == "sqrt" else "<=", a)) for op, a in self.functions.partial(rate)]
-        return all(refute(always.with_(wrong), Effort(8, 8)) is not None for wrong in dict(read).values())
+            read += [compare("<" if op == "sqrt" else "<=", a) for op, a in self.functions.partial(rate)]
+        return all(refute(always.with_(wrong), Effort(8, 8)) is not None for wrong in dict.fromkeys(read))
 
     def _branch(self, always: Premises, start: list[Formula], kept: Formula, wanted: Formula) -> Json | None:
         """A proof that runs that begin with `start` keep a conjunction, which gives what is wanted."""
