@@ -66,6 +66,13 @@ def test_a_long_line_is_clipped_around_the_place() -> None:
     assert lines[4].count("^") == 4
 
 
+def test_a_place_behind_a_long_line_is_shown() -> None:
+    text = "x" * 5000 + "\n"
+    lines = shown(Diagnostic("HA001", "m", Span(PATH, 5000, 5001)), text).splitlines()
+    assert lines[3].endswith("x" * 50)
+    assert lines[4].index("^") == len(lines[3]) and lines[4].count("^") == 1
+
+
 def test_a_place_at_the_end_of_the_file_is_one_column_wide() -> None:
     lines = shown(Diagnostic("HA003", "m", Span(PATH, len(TEXT), len(TEXT)))).splitlines()
     assert lines[-1].count("^") == 1

@@ -145,8 +145,9 @@ def _clip(text: str, marks: list[_Mark]) -> tuple[int, str]:
         return 0, text
     first = min((m for m in marks), key=lambda m: (m.sign != "^", m.start)).start
     start = max(0, min(first - 1 - _LEAD, len(text) - _WIDTH))
-    marks[:] = [m for m in marks if start < m.start <= start + _WIDTH]
-    marks[:] = [_Mark(m.line, m.start, min(m.end, start + _WIDTH + 1), m.sign, m.text) for m in marks]
+    last = start + _WIDTH + (start + _WIDTH == len(text))  # a mark may stand behind the end of the line
+    marks[:] = [m for m in marks if start < m.start <= last]
+    marks[:] = [_Mark(m.line, m.start, min(m.end, last + 1), m.sign, m.text) for m in marks]
     shown = text[start : start + _WIDTH]
     lead, tail = "..." if start else "", "..." if start + _WIDTH < len(text) else ""
     return start - len(lead), lead + shown + tail
