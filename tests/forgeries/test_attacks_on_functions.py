@@ -114,6 +114,15 @@ def test_rates_are_defined_whatever_is_shown_of_them() -> None:
         World(text.replace("RATE", "sqrt(x)")).forge("p", {"M": True}, proofs, start)
 
 
+def test_lets_in_lets_are_looked_at_once() -> None:
+    lets = "".join(f"let l{k} = l{k - 1} + l{k - 1}\n" for k in range(1, 40))
+    text = UNDEFINED.replace("CLAIM", "l39 >= 0").replace("LOW", "1/4").replace("RATE", "y^2")
+    world = World(text.replace("  var y\n", f"  var y\nlet l0 = sqrt(x)\n{lets}"))
+    start = {"mode": "M", "values": {"x": "1", "y": "0"}, "params": {}}
+    assert type(decide_all(world.spec)["p"].verdict).__name__ == "Proved"
+    assert world.forge("p", {"M": True}, {"flow": {"cuts": [], "end": "t"}, "use": "b"}, start) == "proved"
+
+
 VOID = """
 spec "s" version "1.0" unitless
 param c in [0, 1]

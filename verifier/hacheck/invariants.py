@@ -26,6 +26,8 @@ Json = Any
 class FlowScope(Scope):
     """A scope with functions of the state, and flows that are any polynomials; time is a name of its own."""
 
+    has_functions = True
+
     def __init__(self, core: Any, automaton: Json) -> None:
         self.functions = Functions()
         super().__init__(core, automaton, False)

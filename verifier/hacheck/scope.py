@@ -18,6 +18,8 @@ Json = Any
 class Scope:
     """The names that an automaton sees, its own before those of the top level; `rounding` lets constants vary."""
 
+    has_functions = False  # of polynomials, as names
+
     def __init__(self, core: Core, automaton: Json, rounding: bool) -> None:
         self.core, self.automaton, self.rounding = core, automaton, rounding
         self.modes = {m["name"]: m for m in automaton["modes"]}

@@ -412,16 +412,17 @@ class _Reading:
         if self.is_closed and op == "!=":
             return TRUE
         held = self.spread(op, *e.children)
-        defined = () if self.is_told else tuple(self.defined(e))
+        defined = () if self.is_told else tuple(self.defined(e, set()))
         return Expr("and", (held, *defined)) if defined else held
 
-    def defined(self, e: Expr) -> Iterator[Expr]:
+    def defined(self, e: Expr, seen: set[str]) -> Iterator[Expr]:
         """The roots and logarithms that an expression reads are defined."""
         for n in nodes(e):
             if n.op in ("sqrt", "log"):
                 yield Expr(">=" if n.op == "sqrt" else ">", (n.children[0], Expr("num", (Q(0),))))
-            elif n.op == "let" and n.name in self.scope.lets:
-                yield from self.defined(self.scope.lets[n.name][1])
+            elif n.op == "let" and n.name in self.scope.lets and n.name not in seen:
+                seen.add(n.name)
+                yield from self.defined(self.scope.lets[n.name][1], seen)
 
     def spread(self, op: str, a: Expr, b: Expr) -> Expr:
         """A comparison, absolute values on its sides taken for the greater of two numbers."""
