@@ -3,6 +3,7 @@
 import pytest
 from tests.unit.robot.scene import FOLDER, changed, gait_map, robot
 
+from haverify.diagnostics.codes import is_error
 from haverify.robot.folder import describe
 from haverify.robot.mapping import check_against
 from haverify.robot.urdf import read_urdf
@@ -52,9 +53,10 @@ def of_map(old, new):
     ],
 )
 def test_a_wrong_map(old, new, code, place):
-    found, _ = of_map(old, new)
+    found, findings = of_map(old, new)
     assert [c for c, _ in found][:1] == [code]
     assert place in found[0][1]
+    assert is_error(findings[0])
 
 
 @pytest.mark.parametrize(

@@ -175,3 +175,15 @@ def test_a_shape_that_pinocchio_cannot_read_is_said(tmp_path):
     path.write_text(text)
     with pytest.raises(UsageError, match="Pinocchio cannot read"):
         mechanics.engine(replace(robot(), urdf=str(path)))
+
+
+def test_what_a_map_names_in_vain_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    text = (FOLDER / "gait.toml").read_text().replace("../walks/subject01_walk1_ik.mot", "none.mot")
+    path = tmp_path / "map.toml"
+    path.write_text(text + 'zero_moment = "a check of another name"\n')
+    call = ["replay", "spec/gait.ha", "--robot", "models/hoap2", "--map", str(path), "--no-report"]
+    assert main(call) == 0
+    said = capsys.readouterr().out
+    assert "`zero_moment` is no check here" in said and said.count("is no check here") == 1
+    assert "the recording none.mot cannot be read" in said

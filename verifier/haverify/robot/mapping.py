@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any
 
-from haverify.diagnostics.diagnostic import Diagnostic
+from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.robot.body import Robot
 from haverify.robot.folder import is_number
 from haverify.robot.places import Entries, read_toml
@@ -211,7 +211,7 @@ def _require_within(e: Entries, robot: Robot, name: str, angle: Q, entry: tuple[
     low, high = (float(r) * 57.29577951308232 for r in (limits.lower, limits.upper))
     if not low - 1e-9 <= angle <= high + 1e-9:
         message = f"{name} at {float(angle):g} deg is outside its limits, {low:g} deg .. {high:g} deg"
-        e.wrong("HA108", message, *entry)
+        e.found.append(Diagnostic("HA108", message, e.at(*entry), severity=Severity.ERROR))
 
 
 def _stance(e: Entries) -> dict[str, str]:

@@ -164,7 +164,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
         claims=written if options.report else None,
         pace=certain,
         compared=[_differences(c) for c in beside],
-        notes=_notes(s, certain) + found.notes,
+        notes=_notes(s, certain) + _without_effect(s.map, told, beside) + found.notes,
     )
     if options.report is not None:
         drawn = pictures(s.robot, t, motion)
@@ -240,6 +240,15 @@ def _notes(s: _Scene, pace: facts.Pace | None) -> list[str]:
         notes.append(f"claims hold for every value of the params; forces are enclosed and sampled for {said}")
     if not s.cycle.closes:
         notes.append("the cycle does not close: the state at its end is not that at its begin")
+    return notes
+
+
+def _without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> list[str]:
+    """What the map names and nothing came of: a check that there is none of, a recording that cannot be read."""
+    known = {c.name for c in told if c.basis != "sampled"}
+    notes = [f"[expect] of {m.source.path}: `{name}` is no check here" for name in m.expected if name not in known]
+    if m.recording is not None and not beside:
+        notes.append(f"the recording {m.recording} cannot be read, so nothing is compared with it")
     return notes
 
 
