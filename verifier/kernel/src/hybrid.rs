@@ -478,7 +478,9 @@ impl<'a> Analysis<'a> {
             if self.is_answered(walk.stretch.segments.last().map(|s| &s.claim)) {
                 return Ok(End::Answered);
             }
-            if self.until == Until::Passed && self.is_passed(walk.stretch.mode, &walk.set()?.hull()?) {
+            // Where the stretch starts is among those itself: it is only followed by going on from there.
+            let has_moved = !walk.stretch.segments.is_empty();
+            if self.until == Until::Passed && has_moved && self.is_passed(walk.stretch.mode, &walk.set()?.hull()?) {
                 return Ok(End::Passed);
             }
         }
