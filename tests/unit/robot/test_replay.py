@@ -133,6 +133,16 @@ def test_a_recording_with_a_gap_or_without_a_joint_is_refused(tmp_path):
     assert angles_of(str(tmp_path / "none.mot"), ["lk"]).found[0].code == "HA006"
 
 
+def test_recordings_are_read_as_those_to_fit_are(tmp_path):
+    text = (ROOT / "models" / "walks" / "subject01_walk1_ik.mot").read_text()
+    path = tmp_path / "walk.mot"
+    path.write_bytes(("Gang f\xfcr Tests\n" + text.split("\n", 1)[1]).replace("\n", "\r\n").encode("latin-1"))
+    assert len(angles_of(str(path), ["lk"]).times) == 73
+    pytest.importorskip("ezc3d")
+    (tmp_path / "none.c3d").write_bytes(b"\x00\x01")
+    assert "binary" not in angles_of(str(tmp_path / "none.c3d"), ["lk"]).found[0].message
+
+
 def test_an_output_in_rad_has_no_offset_in_deg():
     text = (FOLDER / "gait.toml").read_text().replace('unit = "deg"', 'unit = "rad"\noffset = 1', 1)
     assert [d.code for d in changed(text)[1]] == ["HA101"]

@@ -1,5 +1,6 @@
 """Searches: known violations of models after the literature are found within few runs, and certified."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from haverify.elaborate.elaborate import elaborate
 from haverify.run.load import load
 from haverify.simulate.certify import certified
 from haverify.simulate.falsify import searched, subject
+from haverify.simulate.search import Point, least
 
 MODELS = Path(__file__).parents[2] / "peers" / "falsify"
 
@@ -35,3 +37,16 @@ def test_a_known_violation_is_found(name: str, claim: str, is_certain: bool) -> 
     assert (found.margin, found.runs) == (again.margin, again.runs)
     if is_certain:
         assert certified(found.run, asked, asked.goals[0]).run is not None
+
+
+def test_corners_where_all_are_extreme_are_looked_at_and_the_budget_is_kept() -> None:
+    looked: list[Point] = []
+
+    def values(points: Sequence[Point]) -> list[float]:
+        looked.extend(points)
+        return [-sum(p) for p in points]
+
+    found, runs = least(values, 12, 300, 0, -20.0)
+    assert (0.5, *[1.0] * 11) in looked and (0.5, *[0.0] * 11) in looked
+    assert runs == len(looked) == 300
+    assert found is not None and found.value <= -11.5

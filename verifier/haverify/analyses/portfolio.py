@@ -132,9 +132,9 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
         return before
     from haverify.analyses.induction.decide import decide_invariant
 
-    for used in (c for c in context.spec.claims if c.name in claim.using):
-        if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
-            return Evidence(Unknown("dependency", f"it uses `{used.name}`, which is not proved"), (), before.method)
+    unproved = _unproved(contexts, context, claim, units)
+    if unproved is not None:
+        return Evidence(unproved, (), before.method)
     try:
         found = decide_invariant(context.spec, context.automaton, claim, context.core, Fraction(units, ENOUGH))
     except OutsideFragmentError:
@@ -147,10 +147,21 @@ def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Ev
     return replace(before, verdict=replace(before.verdict, reason=more))
 
 
+def _unproved(contexts: Contexts, context: Context, claim: Claim, units: int) -> Unknown | None:
+    """Why the invariants that a claim uses may not be used: one of them is not proved."""
+    for used in (c for c in context.spec.claims if c.name in claim.using):
+        if not isinstance(_decide_once(context.spec, used, contexts, units).verdict, Proved):
+            return Unknown("dependency", f"it uses `{used.name}`, which is not proved")
+    return None
+
+
 def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What flowpipes show, or an invariant; that comes first where there is no horizon, or others are used."""
     if not claim.using and not _is_endless(claim):
         return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, reason, units), units)
+    unproved = _unproved(contexts, context, claim, units)
+    if unproved is not None:
+        return Evidence(unproved, (), METHOD)
     found = _by_induction(contexts, context, claim, Evidence(Unknown("fragment", reason), (), METHOD), units)
     if claim.inductive or not isinstance(found.verdict, Unknown) or found.verdict.kind in ("dependency", "vacuous"):
         return found

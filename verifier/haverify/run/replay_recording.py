@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.recordings.read import SUFFIXES, read
+from haverify.recordings.read import SUFFIXES
 from haverify.report.figures.robot import Curve, Film, joints
 from haverify.robot.comparison import Compared
-from haverify.run.load import read_text
+from haverify.run.recordings import recorded
 from haverify.text.record import record
 from haverify.text.source import Source
 
@@ -30,14 +30,12 @@ def is_recording(path: str) -> bool:
 
 def angles_of(path: str, wanted: Sequence[str]) -> Angles:
     """The wanted angles of a recording, each at every instant, or findings."""
-    problem, source = read_text(path)
-    if source is None:
-        return Angles((), {}, None, [Diagnostic("HA006", f"cannot read {path}: {problem}")])
-    got = read(source)
-    if got.recording is None:
+    got = recorded([path])
+    source = next(iter(got.sources.values()), None)
+    if not got.recordings:
         found = list(got.found) or [Diagnostic("HA210", f"{path} holds no joint angles")]
         return Angles((), {}, source, found)
-    r = got.recording
+    r = got.recordings[0]
     missing = [name for name in wanted if name not in r.angles or None in r.angles[name]]
     found = [Diagnostic("HA210", f"{path}: the angle {name} is missing, at some instants at least") for name in missing]
     errors = [d for d in got.found if d.code not in ("HA108",)] if not found else []

@@ -33,7 +33,7 @@ DRAWN = 60  # pieces of a drawn flowpipe; where there are as many, some may be m
 DIGITS = 4e-6  # to which its numbers are rounded, of their size
 ERROR = 1e-8  # of a state may be due to floats
 LOOKS = 3  # instants of each step of a run
-TINY = 1e-4  # of a run's time is a step of the enclosures that confirm
+TINY = 4e-5  # of a run's time is a step of the enclosures that confirm
 STEPS = 50_000
 JUMPS = 400
 MARGIN = -1e-7  # a margin nearer to zero is no violation
@@ -94,7 +94,7 @@ class Beside:
         if margin < MARGIN * self._size(run):
             confirmed = certified(run, self.claim, self.claim.goals[0]).run is not None
             return Disagreement(f"a simulated run violates the claim by {-margin:.6g}", confirmed)
-        outside = next(self._outside(run), None)
+        outside = max(self._outside(run), key=self._excess, default=None)
         if outside is None:
             return None
         text = f"a simulated run leaves the flowpipe at t = {outside.time:.6g} s in {outside.mode}"
@@ -119,6 +119,11 @@ class Beside:
     def _covers(self, at: Instant) -> bool:
         """Whether some step of the flowpipe contains an instant, but for rounding of both."""
         return any(_is_in(self.flowpipe["names"], box, at, ERROR) for box in self._boxes(at))
+
+    def _excess(self, at: Instant) -> float:
+        """How far an instant is from the nearest box: from the farthest one can tell best whether it is outside."""
+        names = self.flowpipe["names"]
+        return min((_beyond(names, box, at) for box in self._boxes(at)), default=float("inf"))
 
     def _boxes(self, at: Instant) -> Iterator[list[float]]:
         """The boxes of the flowpipe at the time, in the mode and after the jumps of an instant."""
@@ -166,6 +171,11 @@ def _is_in(names: Sequence[str], box: Sequence[float], at: Instant, error: float
         if not low - slack <= x <= high + slack:
             return False
     return True
+
+
+def _beyond(names: Sequence[str], box: Sequence[float], at: Instant) -> float:
+    pairs = ((box[2 * k] - at.values[n], at.values[n] - box[2 * k + 1]) for k, n in enumerate(names) if n != "time")
+    return max(max(below, above) for below, above in pairs)
 
 
 def _is_apart(names: Sequence[str], box: Sequence[float], x: dict[str, Any]) -> bool:

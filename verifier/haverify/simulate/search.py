@@ -34,6 +34,8 @@ class _Best:
     found: Found | None = None
 
     def look(self, points: Sequence[Point]) -> list[float]:
+        """The values of as many of the points as the budget allows."""
+        points = points[: max(self.budget - self.runs, 0)]
         values = self.values(points)
         for k, (p, v) in enumerate(zip(points, values, strict=True)):
             if self.found is None or v < self.found.value:
@@ -50,7 +52,7 @@ def least(values: Values, dimension: int, budget: int, seed: int, enough: float)
     """The least value found, and how many runs that took; over once a value is below `enough`."""
     best = _Best(values, budget, enough)
     for points in _first(dimension, seed):
-        best.look(points[: max(budget - best.runs, 0)])
+        best.look(points)
         if best.is_over:
             return best.found, best.runs
     turn = 0
@@ -67,6 +69,7 @@ def _first(dimension: int, seed: int) -> Iterator[list[Point]]:
     points = qmc.Sobol(dimension, seed=seed).random(SPREAD)
     for start in range(0, SPREAD, 16):
         yield [tuple(float(x) for x in p) for p in points[start : start + 16]]
+    yield [(0.5, *[x] * (dimension - 1)) for x in (0.0, 1.0)]
     yield [(0.5, *(float(x > 0.5) for x in p[1:])) for p in points[: SPREAD // 2]]
 
 
@@ -81,7 +84,10 @@ def _evolve(best: _Best, dimension: int, step: float, seed: int) -> None:
     evolution = cma.CMAEvolutionStrategy(list(best.found.point), step, told)
     while not evolution.stop() and not best.is_over:
         points = [tuple(float(x) for x in p) for p in evolution.ask()]
-        evolution.tell(points, best.look(points))
+        values = best.look(points)
+        if len(values) < len(points):
+            return
+        evolution.tell(points, values)
 
 
 def _cma() -> Any:
