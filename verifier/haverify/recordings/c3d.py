@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic
-from haverify.errors import ToolError
+from haverify.errors import UsageError
 from haverify.recordings.planar import Markers, angles_of
 from haverify.recordings.points import points_of
 from haverify.recordings.recording import Recording
@@ -22,7 +22,7 @@ def c3d(path: str, sha256: str) -> tuple[Recording | None, list[Diagnostic]]:
     try:
         import ezc3d
     except ImportError as e:
-        raise ToolError(f"{path}: reading .c3d needs the library ezc3d: pip install 'haverify[c3d]'") from e
+        raise UsageError(f"{path}: reading .c3d needs the library ezc3d: pip install 'haverify[c3d]'") from e
     top = Span(path, 0, 0)
     try:
         file = ezc3d.c3d(path)
