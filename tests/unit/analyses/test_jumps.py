@@ -175,13 +175,11 @@ def test_a_run_that_is_stuck_is_no_proof_that_something_is_reached(decided: Deci
 
 def test_an_assumed_bound_of_a_param_is_kept_by_its_starts_alone(decided: Decide) -> None:
     """0.3 is no float: enclosures of a pace that starts there come a little below it."""
-    text = (
-        'spec "t" version "1.0" unitless\nparam p in [0, 1]\n@allow(HA401, reason = "one way")\nautomaton A {\n  var h\n'
-        + (
-            "  init M where h == 0\n  mode M { domain h <= 1; flow { h' = p }; urgent edge go: -> N when h == 1 }\n"
-            "  mode N { flow { h' = 0 } }\n}\n"
-        )
+    head = 'spec "t" version "1.0" unitless\nparam p in [0, 1]\n@allow(HA401, reason = "one way")\nautomaton A {\n'
+    modes = (
+        "  mode M { domain h <= 1; flow { h' = p }; urgent edge go: -> N when h == 1 }\n  mode N { flow { h' = 0 } }\n"
     )
+    text = head + "  var h\n  init M where h == 0\n" + modes + "}\n"
     claim = "property q on A {{ assume p >= 0.3; within {}; reach at(N) within {} }}"
     assert isinstance(decided(text, claim.format(4, 4)).verdict, Proved)
     assert isinstance(decided(text, claim.format(3, 3)).verdict, Refuted)
