@@ -21,9 +21,9 @@ from typing import Any
 import pytest
 from tests.properties.wild import NEAR, Edge, Instant, Model, Runner, Values, compiled, holds, wild
 
+from haverify.analyses.context import Context
 from haverify.analyses.hybrid import question
 from haverify.analyses.hybrid.decide import decide_flow
-from haverify.analyses.context import Context
 from haverify.analyses.hybrid.shared import Trees
 from haverify.analyses.portfolio import contexts_of
 from haverify.evidence.evidence import Evidence
@@ -275,7 +275,7 @@ def moved(model: Model, asked: Asked) -> tuple[Model, Asked]:
         return re.sub(r"\bx\b", "((x - 1) / 2)", formula)
 
     def told(v: str, e: Any, shift: str = "") -> Any:
-        ends = tuple(old(str(x)) for x in e) if isinstance(e, tuple) else old(e)
+        ends = (old(str(e[0])), old(str(e[1]))) if isinstance(e, tuple) else old(e)
         scaled = _times(ends, "2") if v == "x" else ends
         if v != "x" or not shift:
             return scaled

@@ -24,7 +24,7 @@ CHOSEN = re.compile(r"\bif (.+?) then (.+?) else (.+?)\)")
 
 @cache
 def compiled(formula: str) -> Callable[[Mapping[str, float]], Any]:
-    """A formula of the language that is one of Python's as well, but for powers, truths and `(if .. then .. else ..)`."""
+    """A formula of the language that is one of Python's as well, but for powers, truths and `(if a then b else c)`."""
     told = CHOSEN.sub(r"(\2) if (\1) else (\3))", formula.replace("^", "**"))
     told = re.sub(r"\b(true|false)\b", lambda m: m[0].capitalize(), told)
     code = compile(told, formula, "eval")

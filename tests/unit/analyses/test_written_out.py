@@ -1,4 +1,4 @@
-"""Discrete variables and functions with corners beside flows: modes written out, verdicts, and what is shown of runs."""
+"""Discrete variables and functions with corners beside flows: verdicts, and what is shown of runs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ automaton A {
   let speed = if on then 1 else 0.5
   init P where 0 <= x <= 0.1 with { n := 0; on := true; c := red }
   mode P { flow { x' = speed } }
-  urgent edge kick: P -> P when x >= 1 and n < 2 do { x := 0; n := n + 1; on := not on; c := if n == 0 then green else red }
+  urgent edge kick: P -> P when x >= 1 and n < 2 do {
+    x := 0; n := n + 1; on := not on; c := if n == 0 then green else red
+  }
 }
 """
 CHOICE = """

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from haverify.analyses.hybrid.conditions import members
 from haverify.analyses.hybrid.corners import without_corners
 from haverify.analyses.hybrid.discrete import without_discrete
 from haverify.analyses.hybrid.expansion import Place, dwelling, landing
-from haverify.analyses.hybrid.starts import Box, NoStartError, contracted, start_box
+from haverify.analyses.hybrid.starts import Box, NoStartError, contracted, keeps, start_box
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
@@ -45,7 +46,7 @@ class HybridModel:
     starts: tuple[Start, ...]
     # For each mode, what lets and constants stand for.
     definitions: tuple[Definitions, ...]
-    # Conditions as long as which runs are judged, and conditions that hold on all of them.
+    # Conditions as long as which runs are judged, bounds of params left out, and conditions that hold on all of them.
     assumed: tuple[Expr, ...]
     used: tuple[Expr, ...]
     # The variables as declared, discrete ones included; what each mode stands for; the number of each edge in the
@@ -123,6 +124,7 @@ def hybrid_model(
     ranges = {p.name: values.interval(p.range) for p in params}
     holding = [[dwelling(e, p, _lets(d)) for e in assumed] for p, d in zip(places, known, strict=True)]
     starts = _starts(automaton, modes, values, ranges, holding, automaton is written)
+    assumed = tuple(c for e in assumed for c in members(e) if not keeps(c, ranges, values))
     variables = tuple(v.name for v in written.vars)
     return HybridModel(
         spec, automaton, values, modes, names, starts, known, assumed, used, variables, places, found.edges

@@ -112,6 +112,11 @@ def _linear(e: Expr, known: Mapping[str, object], values: Values) -> tuple[dict[
     return {v: p.derivative(v).constant or Q(0) for v in p.variables}, at_zero or Q(0)
 
 
+def keeps(e: Expr, params: Mapping[str, tuple[Q, Q]], values: Values) -> bool:
+    """Whether a conjunct only bounds a param: a box of starts that keeps it at first keeps it always."""
+    return _bounded(e, dict(params), values)
+
+
 def points(box: Box) -> Iterator[tuple[Q, ...]]:
     """The middle of a box, and where few of its sides are wide, its corners."""
     yield tuple((low + high) / 2 for low, high in box)
