@@ -54,8 +54,9 @@ def decide_flow(
         raise OutsideFragmentError("invariants of flows need a proof of induction, which flowpipes are not")
     used = [g.condition for c in spec.claims if c.name in claim.using for g in c.goals]
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used)
-    questions = [question_of(model, claim, goal) for goal in claim.goals]
     shared = Trees() if trees is None else trees
+    model.compiled = shared.compiled
+    questions = [question_of(model, claim, goal) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(

@@ -56,6 +56,8 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     at = Situation(mode.name)
     conditions = [condition(residual(e, at), known) for e in start.rest]
     conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
+    if all(c is True for c in conditions):
+        return True
     variables = {n: i for i, n in enumerate(model.names)}
     watched = Watched(Tape(variables, known))
     words = watched.words(Every(tuple(conditions)))
