@@ -112,7 +112,7 @@ def told(path: Path, threads: int) -> dict[str, tuple[Any, ...]]:
     assert spec is not None, found
     with patch.object(shared, "THREADS", threads):
         decided = decide_all(spec)
-    return {n: (e.verdict, e.certificate, e.records, e.flowpipe, e.run) for n, e in decided.items()}
+    return {n: (e.verdict, e.certificate, e.cells, e.flowpipe, e.run) for n, e in decided.items()}
 
 
 def test_threads_make_no_difference(tmp_path: Path) -> None:
