@@ -102,7 +102,7 @@ automaton A {
   mode Run { flow { x' = y; y' = (1 - x^2) * y - x } }
 }
 property high on A { within 3; always x <= 2; method taylor(cuts = 2) }
-property touched on A { within 3; always x <= 1.35; method taylor(cuts = 2) }
+property touched on A { within 3; always x <= 1.15; method taylor(cuts = 2) }
 """
 
 
