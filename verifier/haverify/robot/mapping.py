@@ -18,12 +18,15 @@ from haverify.text.span import Span
 Q = Fraction
 SIDES = ("left", "right")
 _KEYS = {
-    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect", "recording"),
+    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "tracking", "expect", "recording"),
     "time": ("speed",),
     "joint": ("joint", "output", "unit", "sign", "amplitude", "offset"),
     "sway": ("roll", "left_ankle", "right_ankle", "left_hip", "right_hip"),
     "limits": ("acceleration", "penetration"),
+    "tracking": ("kp", "kd", "tolerance"),
 }
+
+_LAW = {"kp": Q(400), "kd": Q(4), "tolerance": Q(2)}  # where [tracking] says nothing: a stiff geared motor
 
 
 @record
@@ -48,6 +51,15 @@ class Sway:
 
 
 @record
+class Servo:
+    """The motors' law: `kp` (N m/rad), `kd` (N m s/rad), and how far a joint may be from what is asked (deg)."""
+
+    kp: Q
+    kd: Q
+    tolerance: Q
+
+
+@record
 class Map:
     """A map: the automaton it is made for, drives, still joints (deg), the stance side of each mode, sway, speed."""
 
@@ -59,6 +71,7 @@ class Map:
     speed: Q
     acceleration: Q | None  # rad/s^2
     recording: str | None  # path of the recording that the gait was made from, seen from the map's folder
+    servo: Servo
     penetration: Q  # m, how far the swing sole may be below the ground
     expected: Mapping[str, str]  # checks that are known to be refuted, with the reason
     source: Source
@@ -85,6 +98,7 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     if recording is not None and not isinstance(recording, str):
         e.wrong("HA210", "`recording` is to name a file", "", "recording")
     penetration = _positive(e, "limits", "penetration", None) or Q(0)
+    law = [_positive(e, "tracking", key, value) or value for key, value in _LAW.items()]
     stance = _stance(e)
     expected = _expected(e)
     automaton = e.values.get("automaton")
@@ -93,7 +107,18 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     if e.found or speed is None:
         return None, e.found
     return Map(
-        str(automaton), drives, posture, stance, sway, speed, acceleration, recording, penetration, expected, source
+        str(automaton),
+        drives,
+        posture,
+        stance,
+        sway,
+        speed,
+        acceleration,
+        recording,
+        Servo(*law),
+        penetration,
+        expected,
+        source,
     ), []
 
 
@@ -123,7 +148,7 @@ def _require_known_keys(e: Entries) -> None:
     for key in e.values:
         if key not in _KEYS[""]:
             e.wrong("HA002", f"no entry `{key}` in a map{_close(key, _KEYS[''])}", "", key)
-    for table in ("time", "posture", "stance", "sway", "limits", "expect"):
+    for table in ("time", "posture", "stance", "sway", "limits", "tracking", "expect"):
         inner = e.values.get(table, {})
         if not isinstance(inner, dict):
             e.wrong("HA210", f"`{table}` is to be a table", "", table)

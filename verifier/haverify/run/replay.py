@@ -28,6 +28,7 @@ from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
 from haverify.robot.recorded import recorded
+from haverify.robot.tracking import followed
 from haverify.robot.trajectory import Trajectory, sampled
 from haverify.robot.verdicts import decided
 from haverify.run import replay_rows as rows
@@ -115,7 +116,9 @@ def _recording(
     started = time.process_time()
     t = recorded(seen.times, seen.values, m, robot.robot, engine)
     motion = mechanics.moved(engine, robot, t)
-    told = [rows.sampled_row(c, is_claimed=False) for c in checks.checked(robot, t, motion)]
+    told = [
+        rows.sampled_row(c, is_claimed=False) for c in checks.checked(robot, t, motion, _followed(engine, robot, m, t))
+    ]
     margins = checks.margins(robot, t, motion)
     passed = time.process_time() - started
     result = _facts(path, robot, m, t, told, margins, exit_codes.worst([exit_codes.OK, *map(rows.code, told)]))
@@ -123,6 +126,10 @@ def _recording(
         options.report.mkdir(parents=True, exist_ok=True)
         _write(options.report, result, pictures(robot, t, motion))
     return Replayed([], sources, None, result, passed)
+
+
+def _followed(e: mechanics.Engine, d: Description, m: Map, t: Trajectory) -> checks.Followed:
+    return checks.Followed(followed(e, d, t, m.servo), m.servo)
 
 
 def _map(path: str | None, robot: Description, sources: dict[str, Source]) -> tuple[Map | None, list[Diagnostic]]:
@@ -147,7 +154,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     started = time.process_time()
     t = sampled(s.cycle, s.map, s.robot.robot)
     motion = mechanics.moved(engine, s.robot, t)
-    seen = checks.checked(s.robot, t, motion)
+    seen = checks.checked(s.robot, t, motion, _followed(engine, s.robot, s.map, t))
     margins = checks.margins(s.robot, t, motion)
     passed = time.process_time() - started
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)

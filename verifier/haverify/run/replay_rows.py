@@ -84,7 +84,7 @@ def sampled_row(c: checks.Sampled, is_claimed: bool = True) -> facts.Check:
         verdict="unknown",
         expected=None,
         met=met,
-        advice=(c.name in _BY_CLAIMS and (is_claimed or bool(c.note))) or (bool(c.note) and c.name == "joint torque"),
+        advice=c.advice or (is_claimed and c.name in _BY_CLAIMS),
         value=_finite(c.value),
         limit=c.limit,
         margin=_finite(c.margin),
