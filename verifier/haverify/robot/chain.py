@@ -57,10 +57,20 @@ def posture(f: Formulas, d: Description, m: Map, piece: Piece, time: Number, box
 
     Coefficients are enclosed over the params of `box`.
     """
-    side = m.stance[piece.mode]
-    foot = d.feet[side]
-    placed = {foot: Placed(UNTURNED, (ZERO, ZERO, exact(-d.sole.z)), NOWHERE)}
-    pending = [foot]
+    foot = d.feet[m.stance[piece.mode]]
+    return spread(f, d, m, piece, time, box, {foot: Placed(UNTURNED, (ZERO, ZERO, exact(-d.sole.z)), NOWHERE)})
+
+
+def seen_from_base(f: Formulas, d: Description, m: Map, piece: Piece, time: Number, box: Box) -> dict[str, Placed]:
+    """The same as seen from the base, which is at the origin."""
+    return spread(f, d, m, piece, time, box, {d.robot.base: Placed(UNTURNED, NOWHERE, NOWHERE)})
+
+
+def spread(
+    f: Formulas, d: Description, m: Map, piece: Piece, time: Number, box: Box, placed: dict[str, Placed]
+) -> dict[str, Placed]:
+    """Every link, placed from one that is."""
+    pending = list(placed)
     touching = _touching(d.robot)
     while pending:
         name = pending.pop()
@@ -165,6 +175,61 @@ def point(f: Formulas, p: Placed, at: Sequence[Q]) -> Vector:
 
 
 @record
+class Lump:
+    """Links that move as one: mass, centre and inertia about it in the axes of `link`, the one they are welded to."""
+
+    link: str
+    mass: Q
+    com: Vector
+    inertia: Matrix
+
+
+def loaded(d: Description, m: Map) -> list[Joint]:
+    """The hinges beyond which something is driven or stands: the others hold arms and a head still."""
+    above = {j.child: j for j in d.robot.joints}
+    found: set[str] = set()
+    for end in (*d.feet.values(), *(d.robot.hinges[drive.joint].child for drive in m.drives)):
+        while end in above:
+            found.add(above[end].name)
+            end = above[end].parent
+    return [j for j in d.robot.hinges.values() if j.name in found]
+
+
+def lumps(f: Formulas, d: Description, m: Map, piece: Piece) -> list[Lump]:
+    """The bodies between the joints that are loaded."""
+    parted = {j.name for j in loaded(d, m)}
+    within: dict[str, tuple[str, Placed]] = {d.robot.base: (d.robot.base, _UNMOVED)}
+    for j in d.robot.joints:
+        home, parent = within[j.parent]
+        if j.name in parted:
+            within[j.child] = (j.child, _UNMOVED)
+        else:
+            within[j.child] = (home, _outwards(f, parent, j, _turn(f, m, piece, j, ZERO, {})))
+    groups: dict[str, list[tuple[Link, Placed]]] = {}
+    for name, (home, placed) in within.items():
+        groups.setdefault(home, []).append((d.robot.links[name], placed))
+    return [_lump(f, home, members) for home, members in groups.items() if any(link.mass for link, _ in members)]
+
+
+_UNMOVED = Placed(UNTURNED, NOWHERE, NOWHERE)
+
+
+def _lump(f: Formulas, home: str, members: list[tuple[Link, Placed]]) -> Lump:
+    mass = sum((link.mass for link, _ in members), Q(0))
+    centres = [point(f, placed, link.com) for link, placed in members]
+    com = NOWHERE
+    for (link, _), c in zip(members, centres, strict=True):
+        com = f.plus(com, f.scaled(c, exact(link.mass / mass)))
+    inertia: Matrix = (NOWHERE, NOWHERE, NOWHERE)
+    for (link, placed), c in zip(members, centres, strict=True):
+        own = f.product(f.product(placed.turn, _tensor(link)), transposed(placed.turn))
+        apart = _steiner(f, f.minus(c, com), exact(link.mass))
+        x, y, z = (f.plus(f.plus(r, s), t) for r, s, t in zip(inertia, own, apart, strict=True))
+        inertia = (x, y, z)
+    return Lump(home, mass, com, inertia)
+
+
+@record
 class Load:
     """Of some links: mass, sum of `m r`, of `m r''` and of the moments of motion about the origin."""
 
@@ -212,7 +277,17 @@ def _tensor(link: Link) -> Matrix:
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
 
-def spun(f: Formulas, link: Link, p: Placed) -> Vector:
-    """The angular momentum of a link about its own centre, in the world."""
+def _steiner(f: Formulas, r: Vector, mass: Number) -> Matrix:
+    """`m (r.r 1 - r r^T)`."""
+    square = f.dot(r, r)
+    rows: list[Vector] = []
+    for i in range(3):
+        x, y, z = (f.mul(mass, f.sub(square if i == k else ZERO, f.mul(r[i], r[k]))) for k in range(3))
+        rows.append((x, y, z))
+    return (rows[0], rows[1], rows[2])
+
+
+def spun(f: Formulas, lump: Lump, p: Placed) -> Vector:
+    """The angular momentum of a lump about its own centre, in the world."""
     inward = f.turned(transposed(p.turn), p.spin)
-    return f.turned(p.turn, f.turned(_tensor(link), inward))
+    return f.turned(p.turn, f.turned(lump.inertia, inward))

@@ -10,8 +10,8 @@ from fractions import Fraction
 
 from haverify.maths.bernstein import Box
 from haverify.maths.interval import Interval
-from haverify.robot.body import Description, Joint, Link
-from haverify.robot.chain import Load, constants, loads, point, posture, spun
+from haverify.robot.body import Description, Joint
+from haverify.robot.chain import Load, Lump, constants, loaded, loads, lumps, point, posture, spun
 from haverify.robot.cycle import Cycle, Piece
 from haverify.robot.formula import NOWHERE, ZERO, Formulas, Number, Vector, exact
 from haverify.robot.mapping import Map
@@ -53,15 +53,15 @@ class Formulated:
     names: tuple[str, ...]
 
 
-def quantities(d: Description) -> tuple[str, ...]:
+def quantities(d: Description, m: Map) -> tuple[str, ...]:
     """The names of all quantities of a robot."""
-    return (*QUANTITIES, *(f"{kind}_{name}" for name in d.robot.hinges for kind in ("hold", "move")))
+    return (*QUANTITIES, *(f"{kind}_{joint.name}" for joint in loaded(d, m) for kind in ("hold", "move")))
 
 
 def formulated(d: Description, m: Map, piece: Piece, box: Box) -> Formulated:
     """The swing sole's corners, the centre of mass, and what the ground and the joints have to supply.
 
-    With r_i the centres of links, L_i their spins and M the whole mass, the ground supplies the force M (c'' + g) and,
+    With r_i the centres of bodies, L_i their spins and M the whole mass, the ground supplies the force M (c'' + g) and,
     about the origin, the moment sum m_i r_i x (r_i'' + g) + L_i'. What weight asks for follows from positions; what
     motion asks for grows with the square of the pace, and is enclosed here for the automaton's own: `push` is
     sum m_i r_i'', `tip_e` the part of the moment that holds the body back from tipping over an edge e of the stance
@@ -72,32 +72,32 @@ def formulated(d: Description, m: Map, piece: Piece, box: Box) -> Formulated:
     side = m.stance[piece.mode]
     swing = d.feet["right" if side == "left" else "left"]
     corners = [point(f, placed[swing], c) for c in d.sole.corners]
-    links = [link for link in d.robot.links.values() if link.mass]
-    centres = [point(f, placed[link.name], link.com) for link in links]
-    spins = [spun(f, link, placed[link.name]) for link in links]
-    hinges = list(d.robot.hinges.values())
+    bodies = lumps(f, d, m, piece)
+    centres = [f.plus(placed[b.link].at, f.turned(placed[b.link].turn, b.com)) for b in bodies]
+    spins = [spun(f, b, placed[b.link]) for b in bodies]
+    hinges = loaded(d, m)
     origins = [placed[j.child].at for j in hinges]
     axes = [f.turned(placed[j.child].turn, constants(j.axis)) for j in hinges]
     outputs = [c for v in (*corners, *centres, *spins, *origins, *axes) for c in v]
-    return Formulated(f.listing(outputs), _readout(d, d.feet[side], links, hinges, len(outputs)), quantities(d))
+    return Formulated(f.listing(outputs), _readout(d, d.feet[side], bodies, hinges, len(outputs)), quantities(d, m))
 
 
-def _readout(d: Description, foot: str, links: list[Link], hinges: list[Joint], outputs: int) -> Listing:
-    f, n = Formulas(), len(links)
+def _readout(d: Description, foot: str, bodies: list[Lump], hinges: list[Joint], outputs: int) -> Listing:
+    f, n = Formulas(), len(bodies)
 
     def vector(k: int, derivative: int) -> Vector:
         x, y, z = (f.variable(derivative * outputs + 3 * k + i) for i in range(3))
         return (x, y, z)
 
-    at = {link.name: vector(4 + i, 0) for i, link in enumerate(links)}
     shares: dict[str, Load] = {}
-    for i, link in enumerate(links):
-        pull = f.scaled(vector(4 + i, 2), exact(link.mass))
-        moment = f.plus(f.cross(at[link.name], pull), vector(4 + n + i, 1))
-        shares[link.name] = Load(exact(link.mass), f.scaled(at[link.name], exact(link.mass)), pull, moment)
+    for i, body in enumerate(bodies):
+        mass, at = exact(body.mass), vector(4 + i, 0)
+        pull = f.scaled(vector(4 + i, 2), mass)
+        moment = f.plus(f.cross(at, pull), vector(4 + n + i, 1))
+        shares[body.link] = Load(mass, f.scaled(at, mass), pull, moment)
     carried = loads(f, d, foot, shares)
     every = carried.every
-    com = f.scaled(every.lever, exact(1 / sum((link.mass for link in links), Q(0))))
+    com = f.scaled(every.lever, exact(1 / d.robot.mass))
     found: list[Number] = [*(c for k in range(4) for c in vector(k, 0)), *com, *every.pull]
     found += _tipping(f, d, every.pull, every.moment)
     for i, joint in enumerate(hinges):
@@ -145,8 +145,8 @@ def enclosed(
 
 def enclosed_finely(d: Description, m: Map, cycle: Cycle, box: Box, share: float = 0.05) -> list[Stretch]:
     """The same, each quantity to a share of the range it has over the cycle, torques at least to 0.05 N m."""
-    coarse = enclosed(d, m, cycle, box, dict.fromkeys(quantities(d), 0.0), Fineness(depth=3))
-    widths = dict.fromkeys(quantities(d), 0.0)
+    coarse = enclosed(d, m, cycle, box, dict.fromkeys(quantities(d, m), 0.0), Fineness(depth=3))
+    widths = dict.fromkeys(quantities(d, m), 0.0)
     for name in widths:
         pairs = [s.values[name] for s in coarse if s.values is not None]
         if pairs:

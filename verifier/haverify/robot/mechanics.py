@@ -8,10 +8,11 @@ what is computed here is sampled, and proves nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from haverify.errors import UsageError
-from haverify.robot.body import Description
+from haverify.robot.body import NEAR, Description
 from haverify.robot.trajectory import Trajectory
 from haverify.text.record import holder, record
 
@@ -93,11 +94,10 @@ def engine(d: Description) -> Engine:
         shapes = pin.buildGeomFromUrdf(model, d.urdf, pin.GeometryType.COLLISION)
     except (ValueError, RuntimeError) as e:
         raise UsageError(f"Pinocchio cannot read {d.urdf}: {' '.join(str(e).split())[:300]}") from None
-    shapes.addAllCollisionPairs()
-    for pair in list(shapes.collisionPairs):
-        a, b = (shapes.geometryObjects[i].parentJoint for i in (pair.first, pair.second))
-        if _apart(model, a, b) <= 2:
-            shapes.removeCollisionPair(pair)
+    bodies = [shape.parentJoint for shape in shapes.geometryObjects]
+    for i, k in combinations(range(len(bodies)), 2):
+        if _apart(model, bodies[i], bodies[k]) > NEAR:
+            shapes.addCollisionPair(pin.CollisionPair(i, k))
     feet = {side: model.frames[model.getFrameId(link)].parentJoint for side, link in d.feet.items()}
     return Engine(pin, model, model.createData(), shapes, pin.GeometryData(shapes), feet, dposv)
 
