@@ -130,7 +130,11 @@ def _poses(
     ends = np.array([values for _, _, values in known]).reshape(len(known), len(every), 4, 3, 2)
     middle, radius = ends.mean(axis=-1), np.ptp(ends, axis=-1) / 2
     off = np.sqrt((radius**2).sum(axis=-1)).sum(axis=-1)
-    return [(low, high) for low, high, _ in known], Poses(middle[:, :, 0], middle[:, :, 1:], off), len(known) == len(found)
+    return (
+        [(low, high) for low, high, _ in known],
+        Poses(middle[:, :, 0], middle[:, :, 1:], off),
+        len(known) == len(found),
+    )
 
 
 def _placement(f: Formulas, p: Placed, shape: Shape) -> list[Number]:

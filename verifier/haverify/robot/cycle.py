@@ -59,6 +59,7 @@ class Cycle:
     slowest: Q
     fastest: Q
     box: Box
+    pacer: str | None  # the param that the pace is a multiple of
 
     @property
     def pace_only(self) -> bool:
@@ -80,9 +81,10 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
     """
     model = clock_model(spec, automaton)
     motion = Motion(model, _defaults(model, spec))
-    first, *others = [*islice(motion.starts(), 2)] or [None]
-    if first is None or others:
-        raise OutsideFragmentError("it starts in more than one state" if others else "no state to start from is seen")
+    starts = [*islice(motion.starts(), 2)]
+    if len(starts) != 1:
+        raise OutsideFragmentError("it starts in more than one state" if starts else "no state to start from is seen")
+    (first,) = starts
     pieces: list[Piece] = []
     state = first
     while len(pieces) < _MOST:
@@ -95,7 +97,7 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
             if box is not None and model.rho is not None:
                 now = model.rho.value(motion.params)
                 paces = (model.rho_range[0] / now, model.rho_range[1] / now)
-            return Cycle(tuple(pieces), motion.params, closes, box is not None, *paces, box or {})
+            return Cycle(tuple(pieces), motion.params, closes, box is not None, *paces, box or {}, _pacer(model))
     raise OutsideFragmentError(f"no mode comes again within {_MOST}")
 
 
@@ -157,3 +159,9 @@ def _box(model: ClockModel, outputs: list[str]) -> Box | None:
     if model.rho is None or read & names or shaping & set(model.rho.variables):
         return None
     return {name: model.params[name] for name in sorted(shaping)}
+
+
+def _pacer(model: ClockModel) -> str | None:
+    if model.rho is None or len(model.rho.terms) != 1 or model.rho.total_degree() != 1:
+        return None
+    return model.rho.variables[0]

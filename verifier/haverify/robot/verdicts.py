@@ -1,7 +1,7 @@
 """What enclosures over the cycle decide: proved where every stretch keeps a limit, refuted where one breaks it.
 
-A margin is `still + pace^2 * moving`, what weight leaves and what motion takes: linear in the square of the pace, so its
-least value over a range of paces is at an end, and the paces at which it is never negative are an interval.
+A margin is `still + pace^2 * moving`, what weight leaves and what motion takes: linear in the square of the pace, so
+its least value over a range of paces is at an end, and the paces at which it is never negative are an interval.
 """
 
 from __future__ import annotations
@@ -69,7 +69,6 @@ class Decided:
     pace: Q
     holds: tuple[Q, Q] | None
     boxes: tuple[Box, ...]
-
 
 
 def decided(d: Description, m: Map, cycle: Cycle) -> list[Decided]:
@@ -199,7 +198,7 @@ def _torques(d: Description, m: Map, s: Stretch) -> Iterator[Margin]:
 
 
 def _judged(name: str, unit: str, margins: list[tuple[Stretch, list[Margin]]], m: Map, cycle: Cycle) -> Decided:
-    """The least margin over all stretches and paces; a stretch without an enclosure leaves what is not refuted unknown."""
+    """The least margin over all stretches and paces; where a stretch has no enclosure, nothing is proved."""
     paces = list(dict.fromkeys((Q(1), cycle.slowest, cycle.fastest)))
     squares = {p: Interval.at((m.speed * p) ** 2) for p in paces}
     known = [(s, x, p, x.at(squares[p])) for s, xs in margins for x in xs for p in paces]

@@ -23,11 +23,11 @@ from haverify.robot.body import Description
 from haverify.robot.claims import MADE, Pace, claims_text
 from haverify.robot.comparison import Compared, compared
 from haverify.robot.cycle import Cycle, cycle_of
-from haverify.robot.enclosures import enclosed_finely
 from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
 from haverify.robot.recorded import recorded
+from haverify.robot.slack import slacks
 from haverify.robot.tracking import followed
 from haverify.robot.trajectory import Trajectory, sampled
 from haverify.robot.verdicts import decided
@@ -159,11 +159,12 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     passed = time.process_time() - started
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)
     outcome, written = _decided(s, pace, options)
-    sure = decided(s.robot, s.map, s.cycle, enclosed_finely(s.robot, s.map, s.cycle))
-    told = [*rows.claim_rows(outcome), *(rows.enclosed_row(c, s.map) for c in sure)]
+    claimed = rows.claim_rows(outcome, slacks(s.cycle, s.map, s.robot.robot, pace))
+    told = [rows.enclosed_row(c, s.map, s.cycle, s.robot.advice) for c in decided(s.robot, s.map, s.cycle)]
     told += [rows.sampled_row(c) for c in seen if c.name not in rows.DECIDED]
     certain = _pace(pace, outcome)
     codes = [outcome.report.summary.exit_code, *map(rows.code, told)]
+    told = [*claimed, *told]
     found = _facts(s.path, s.robot, s.map, t, told, margins, exit_codes.worst(codes))
     beside = _compared(s)
     found = replace(
