@@ -90,7 +90,11 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
         return Replayed(found, sources, None, None, 0.0)
     automaton = next((a for a in spec.automata if a.name == m.automaton), None)
     if automaton is None:
-        raise UsageError(f"{path} has no automaton {m.automaton}, which {m.source.path} is made for")
+        known = ", ".join(a.name for a in spec.automata) or "none"
+        raise UsageError(
+            f"{path} has no automaton {m.automaton}, which {m.source.path} is made for (it has: {known}); "
+            f"name another map with --map"
+        )
     if found := check_against(m, _outputs(automaton), [mode.name for mode in automaton.modes]):
         return Replayed(found, sources, None, None, 0.0)
     try:
@@ -105,7 +109,7 @@ def _recording(
 ) -> Replayed:
     """Replay a recording: it has no phases, and everything about it is sampled."""
     wanted = sorted({name for d in m.drives for name in d.outputs}) if m else []
-    seen = angles_of(path, wanted)
+    seen = angles_of(path, wanted, m.missing if m else {})
     if seen.source is not None:
         sources[seen.source.path] = seen.source
     if m is None or found or seen.found:
@@ -122,6 +126,7 @@ def _recording(
     margins = checks.margins(robot, t, motion)
     passed = time.process_time() - started
     result = _facts(path, robot, m, t, told, margins, exit_codes.worst([exit_codes.OK, *map(rows.code, told)]))
+    result = replace(result, notes=[*seen.notes, *result.notes])
     if options.report is not None:
         options.report.mkdir(parents=True, exist_ok=True)
         _write(options.report, result, pictures(robot, t, motion))
