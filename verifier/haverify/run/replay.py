@@ -177,7 +177,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
         claims=written if options.report else None,
         pace=certain,
         compared=[_differences(c) for c in beside],
-        notes=_notes(s, certain) + _without_effect(s.map, told, beside) + found.notes,
+        notes=_notes(s, certain) + without_effect(s.map, told, beside) + found.notes,
     )
     if options.report is not None:
         drawn = pictures(s.robot, t, motion)
@@ -250,13 +250,15 @@ def _notes(s: _Scene, pace: facts.Pace | None) -> list[str]:
         )
     if s.cycle.params:
         said = ", ".join(f"{name} = {float(value):g}" for name, value in s.cycle.params.items())
-        notes.append(f"claims hold for every value of the params; forces are enclosed and sampled for {said}")
+        held = "claims and enclosures hold" if s.cycle.steady else "claims hold"
+        rest = "samples are" if s.cycle.steady else "forces are enclosed and sampled"
+        notes.append(f"{held} for every value of the params, {rest} for {said}")
     if not s.cycle.closes:
         notes.append("the cycle does not close: the state at its end is not that at its begin")
     return notes
 
 
-def _without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> list[str]:
+def without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> list[str]:
     """What the map names and nothing came of: a check that there is none of, a recording that cannot be read."""
     known = {c.name for c in told if c.basis != "sampled"}
     notes = [f"[expect] of {m.source.path}: `{name}` is no check here" for name in m.expected if name not in known]
