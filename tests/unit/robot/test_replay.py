@@ -224,7 +224,7 @@ def test_a_gap_is_filled_as_the_map_says(fill, told, tmp_path):
     assert seen.found == [] and told in seen.notes[0] and "1 of 73" in seen.notes[0]
     wrong = np.abs(np.array(seen.values["lk"]) - whole.values["lk"])
     assert np.count_nonzero(wrong) == 1
-    assert fill != GAP or wrong.max() < 0.1
+    assert fill != GAP or wrong.max() < 0.2
 
 
 def test_a_recording_without_ankles_is_replayed_where_the_map_says_what_they_are(tmp_path):
