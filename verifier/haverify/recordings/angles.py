@@ -63,11 +63,21 @@ def recording(
     found += more
     kept, more = _whole(columns, at, times, angles)
     found += more
+    if not kept:
+        return None, found
+    whole = {j: tuple(angles[j][i] for i in kept) for j in JOINTS}
     facts = (f"angles in {'degrees' if unit == 'deg' else 'radians'} ({stated.why or 'as its values show'})",)
     source = columns.source
     rounding = Q(0) if unit == "deg" else _MILLIONTH
-    made = Recording(source.path, source.sha256, *kept, rounding=rounding, facts=facts) if kept[0] else None
-    return made, found
+    return Recording(
+        source.path,
+        source.sha256,
+        tuple(times[i] for i in kept),
+        whole,
+        rounding=rounding,
+        facts=facts,
+        where=lambda joint, i: columns.span(kept[i], at[joint]),
+    ), found
 
 
 def _missing(columns: Columns, joints: list[str]) -> Diagnostic:
@@ -85,11 +95,19 @@ def _times(columns: Columns, time: int, scale: Q) -> tuple[list[Q], list[Diagnos
         if t is None:
             found.append(Diagnostic("HA210", "no time in this row", columns.span(i, time)))
         elif before is not None and t <= before:
-            message = f"time does not increase: {columns.rows[i][time]} s after {columns.rows[i - 1][time]} s"
-            found.append(Diagnostic("HA210", message, columns.span(i, time)))
+            found.append(_back(columns, i, time))
     if not found and len(values) >= _MANY:
         found += _steps(columns, time, [t * scale for t in values if t is not None])
     return [t * scale for t in values if t is not None], found[:5]
+
+
+def _back(columns: Columns, row: int, time: int) -> Diagnostic:
+    """What a time that does not increase is called: percent that begin again are several cycles."""
+    now, before, label = columns.rows[row][time], columns.rows[row - 1][time], columns.labels[time]
+    if "percent" in label.lower() or label == "%":
+        message = f"{label} begins again, {now} after {before}: several cycles in one table"
+        return Diagnostic("HA210", message, columns.span(row, time), help="write each cycle to a file of its own")
+    return Diagnostic("HA210", f"time does not increase: {now} after {before}", columns.span(row, time))
 
 
 def _steps(columns: Columns, time: int, times: list[Q]) -> list[Diagnostic]:
@@ -169,7 +187,7 @@ def _knees(
 
 def _whole(
     columns: Columns, at: Mapping[str, int], times: list[Q], angles: Mapping[str, Angles]
-) -> tuple[tuple[tuple[Q, ...], dict[str, Angles]], list[Diagnostic]]:
+) -> tuple[list[int], list[Diagnostic]]:
     """The rows in which some joint is there; rows in which all six are exactly 0 are missing ones."""
     empty = [i for i in range(len(times)) if all(not angles[j][i] for j in JOINTS)]
     gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in JOINTS}
@@ -186,5 +204,4 @@ def _whole(
         found.append(Diagnostic("HA222", message, columns.span(first, at[worst])))
     if not kept:
         found.append(Diagnostic("HA224", "no row holds angles", columns.spans[0]))
-    times_kept = tuple(times[i] for i in kept)
-    return (times_kept, {j: tuple(angles[j][i] for i in kept) for j in JOINTS}), found
+    return kept, found

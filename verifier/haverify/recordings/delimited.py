@@ -14,6 +14,7 @@ from haverify.recordings.angles import Stated, recording
 from haverify.recordings.columns import Columns, columns_of
 from haverify.recordings.counts import counted, has_counts
 from haverify.recordings.labels import joint_of
+from haverify.recordings.phone import has_ends, phoned
 from haverify.recordings.recording import Recording
 from haverify.text.source import Source
 
@@ -29,6 +30,8 @@ def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[
     if has_counts(labels):
         sensed, found = counted(source, start, _separator(labels))
         return sensed.recording if sensed else None, found
+    if has_ends(labels):
+        return phoned(source, start, _separator(labels))
     columns, found = columns_of(source, start, _separator(labels))
     if columns is None or any(d.code == "HA210" for d in found):
         return None, found
