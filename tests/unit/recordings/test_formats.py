@@ -40,6 +40,13 @@ def test_separated_values_state_their_unit_in_the_labels() -> None:
     assert r.angles["rk"] == (Q(-5), Q(-60))
 
 
+def test_quoted_cells_are_read() -> None:
+    text = "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in (LABELS + ROW).split("\n")[:-1])
+    r = read(Source.of_text("a.csv", text + "\n")).recording
+    assert r is not None
+    assert r.angles["rk"] == (Q(-5), Q(-60))
+
+
 def test_a_percentage_is_a_cycle_of_one_second() -> None:
     text = LABELS.replace("time_s", "percent") + ROW.replace("0.5,", "50,")
     r = read(Source.of_text("a.csv", text)).recording
@@ -234,6 +241,14 @@ def told_at(tmp_path: Path, name: str, raw: bytes) -> tuple[str, str, str | None
             "c.csv",
             LABELS.replace("time_s", "percent") + ROW.replace("0.5,", "100,") * 2,
             ("HA210", "0.0", "write each"),
+        ),
+        ("d.csv", LABELS + ROW.replace("20,", "1e400,", 1), ("HA210", "1e400", None)),
+        ("e.csv", LABELS + ROW.replace("20,", "1e999999999,", 1), ("HA210", "1e999999999", None)),
+        ("f.csv", LABELS.replace("knee_l_deg", "knee_l_rad") + ROW, ("HA106", "knee_l_rad", "write all angles in one")),
+        (
+            "g.csv",
+            LABELS.replace("ankle_l", "hip_r_deg,ankle_l") + ROW.replace(",2\n", ",9,2\n").replace(",1\n", ",9,1\n"),
+            ("HA221", "hip_r_deg", None),
         ),
         ("a.json", '{"fps": 150, "ok": True}', ("HA210", "True", "a word of Python: write `true`")),
         ("b.json", '{"fps": 150, "ok": ', ("HA210", "", None)),

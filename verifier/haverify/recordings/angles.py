@@ -8,7 +8,7 @@ from fractions import Fraction
 from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.recordings.columns import Columns, numbers
-from haverify.recordings.labels import joints
+from haverify.recordings.labels import joint_of, joints
 from haverify.recordings.recording import JOINTS, Angles, Recording, told
 from haverify.text.record import record
 from haverify.text.span import Span
@@ -45,6 +45,7 @@ def recording(
     if missing:
         return None, [_missing(columns, missing)]
     times, found = _times(columns, time, scale)
+    found += _twice(columns, at)
     values: dict[str, list[Q | None]] = {}
     for joint in JOINTS:
         values[joint], more = numbers(columns, at[joint])
@@ -78,6 +79,18 @@ def recording(
         facts=facts,
         where=lambda joint, i: columns.span(kept[i], at[joint]),
     ), found
+
+
+def _twice(columns: Columns, at: Mapping[str, int]) -> list[Diagnostic]:
+    """A warning for each joint that two columns hold."""
+    found = []
+    for i, label in enumerate(columns.labels):
+        joint = joint_of(label)
+        if joint is not None and at[joint] != i:
+            first = columns.labels[at[joint]]
+            message = f"{label} is a second column for the {told(joint)}; the first, {first}, is read"
+            found.append(Diagnostic("HA221", message, columns.spans[i]))
+    return found
 
 
 def _missing(columns: Columns, joints: list[str]) -> Diagnostic:
@@ -181,7 +194,8 @@ def _knees(
             spans.append(columns.spans[at[joint]])
     if not spans:
         return turned, []
-    message = "flexion of the knee is positive here; it is turned: flexion negative, as in gait2354"
+    which = "the knee" if len(spans) == 2 else "one knee"
+    message = f"flexion of {which} is positive here; it is turned: flexion negative, as in gait2354"
     return turned, [Diagnostic("HA223", message, spans[0])]
 
 

@@ -15,6 +15,7 @@ Q = Fraction
 
 _EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "inf", "-inf"})
 _MOST = 50
+_LARGEST = 10**300
 
 
 @record
@@ -72,7 +73,7 @@ def columns_of(source: Source, start: int, separator: str | None) -> tuple[Colum
 def _cells(line: str, separator: str | None) -> list[str]:
     if separator is None:
         return line.split()
-    cells = [c.strip() for c in line.split(separator)]
+    cells = [c.strip().strip('"') for c in line.split(separator)]
     return cells if any(cells) else []
 
 
@@ -99,5 +100,10 @@ def numbers(columns: Columns, column: int) -> tuple[list[Q | None], list[Diagnos
             has_comma = re.fullmatch(r"[+-]?\d+,\d+", row[column]) is not None
             advice = f"write a decimal point: {row[column].replace(',', '.')}" if has_comma else None
             found.append(Diagnostic("HA210", message, columns.span(i, column), help=advice))
+        if q is not None and abs(q) > _LARGEST:
+            found.append(
+                Diagnostic("HA210", f"`{row[column][:20]}` is no angle, time or force", columns.span(i, column))
+            )
+            q = None
         values.append(q)
     return values, found[:_MOST]
