@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -26,11 +26,11 @@ class Recorded:
     sources: dict[str, Source]
 
 
-def recorded(paths: Iterable[str], angles: str = "") -> Recorded:
-    """The recordings and ground forces in some files, in order."""
+def recorded(paths: Iterable[str], angles: str = "", absent: Collection[str] = ()) -> Recorded:
+    """The recordings and ground forces in some files, in order; joints of `absent` may have no column."""
     reads, sources = [], dict[str, Source]()
     for path in dict.fromkeys(Path(p).as_posix() for p in paths):
-        one, source = _read(path, angles)
+        one, source = _read(path, angles, absent)
         reads.append(one)
         if source is not None:
             sources[path] = source
@@ -42,7 +42,7 @@ def recorded(paths: Iterable[str], angles: str = "") -> Recorded:
     )
 
 
-def _read(path: str, angles: str) -> tuple[Read, Source | None]:
+def _read(path: str, angles: str, absent: Collection[str]) -> tuple[Read, Source | None]:
     file = Path(path)
     if file.suffix.lower() not in SUFFIXES:
         message = f"{path}: recordings end in {', '.join(SUFFIXES)}"
@@ -64,7 +64,7 @@ def _read(path: str, angles: str) -> tuple[Read, Source | None]:
     if zero >= 0:
         message = "a zero byte: a binary file, no text"
         return Read(None, None, (Diagnostic("HA210", message, Span(path, zero, zero + 1)),)), source
-    return read(source, angles), source
+    return read(source, angles, absent), source
 
 
 def _decoded(raw: bytes) -> str:
