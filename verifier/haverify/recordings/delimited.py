@@ -15,6 +15,7 @@ from haverify.recordings.angles import Stated, recording
 from haverify.recordings.columns import Columns, columns_of
 from haverify.recordings.counts import counted, has_counts
 from haverify.recordings.labels import joint_of
+from haverify.recordings.phone import has_ends, phoned
 from haverify.recordings.recording import Recording
 from haverify.text.source import Source
 
@@ -32,6 +33,8 @@ def delimited(
     if has_counts(labels):
         sensed, found = counted(source, start, _separator(labels))
         return sensed.recording if sensed else None, found
+    if has_ends(labels):
+        return phoned(source, start, _separator(labels))
     columns, found = columns_of(source, start, _separator(labels))
     if columns is None or any(d.code == "HA210" for d in found):
         return None, found
@@ -39,6 +42,8 @@ def delimited(
     if time is None:
         span = columns.spans[0].to(columns.spans[-1])
         return None, [*found, Diagnostic("HA224", "no column `time` (or `percent`)", span)]
+    if mixed := _mixed(columns):
+        return None, [*found, mixed]
     stated = _stated(columns, angles)
     made, more = recording(columns, time, stated, scale, absent)
     return made, [*found, *more]
@@ -64,6 +69,16 @@ def _time(columns: Columns) -> tuple[int | None, Fraction]:
         if label.lower() in ("percent", "cycle_percent", "%"):
             return i, _SCALES["percent"]
     return None, Fraction(1)
+
+
+def _mixed(columns: Columns) -> Diagnostic | None:
+    """An error where labels state degrees for one joint and radians for another."""
+    units = [(m[1].lower()[:3], i) for i, x in enumerate(columns.labels) if joint_of(x) and (m := _UNIT.search(x))]
+    other = next((i for unit, i in units if unit != units[0][0]), None)
+    if other is None:
+        return None
+    message = f"{columns.labels[units[0][1]]} and {columns.labels[other]} are in different units"
+    return Diagnostic("HA106", message, columns.spans[other], help="write all angles in one unit")
 
 
 def _stated(columns: Columns, angles: str) -> Stated:
