@@ -90,6 +90,8 @@ class Beside:
         return None
 
     def _of(self, run: SimulatedRun) -> Disagreement | None:
+        if self.asked.assumed and run.record.robustness(self.asked.assumed) < 0:
+            return None  # a run that the proof does not speak of
         margin = run.record.robustness(self.asked.words)
         if margin < MARGIN * self._size(run):
             confirmed = certified(run, self.claim, self.claim.goals[0]).run is not None
