@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 
 from haverify.diagnostics.codes import is_error
@@ -37,17 +37,17 @@ class Stated:
 
 
 def recording(
-    columns: Columns, time: int, stated: Stated, scale: Q = _SECONDS
+    columns: Columns, time: int, stated: Stated, scale: Q = _SECONDS, absent: Collection[str] = ()
 ) -> tuple[Recording | None, list[Diagnostic]]:
-    """The recording that columns hold; `scale` is the unit of its times in seconds."""
+    """The recording that columns hold; `scale` is the unit of its times in seconds, `absent` joints may be missing."""
     at = joints(columns.labels)
-    missing = [j for j in JOINTS if j not in at]
-    if missing:
-        return None, [_missing(columns, missing)]
+    missing = [j for j in JOINTS if j not in at and j not in absent]
+    if missing or not at:
+        return None, [_missing(columns, missing or list(JOINTS))]
     times, found = _times(columns, time, scale)
     values: dict[str, list[Q | None]] = {}
     for joint in JOINTS:
-        values[joint], more = numbers(columns, at[joint])
+        values[joint], more = numbers(columns, at[joint]) if joint in at else ([None] * len(columns.rows), [])
         found += more
     if any(is_error(d) for d in found):
         return None, found
@@ -138,7 +138,7 @@ def _degrees(values: list[Q | None], unit: str) -> Angles:
 
 def _beyond_a_turn(columns: Columns, at: Mapping[str, int], angles: Mapping[str, Angles]) -> list[Diagnostic]:
     """An error at the first sample that no joint can reach."""
-    for j in JOINTS:
+    for j in at:
         for i, v in enumerate(angles[j]):
             if v is not None and abs(v) > _DEGREES:
                 message = f"the {told(j)} is at {float(v):.4g} deg, more than a turn"
@@ -172,13 +172,13 @@ def _whole(
 ) -> tuple[tuple[tuple[Q, ...], dict[str, Angles]], list[Diagnostic]]:
     """The rows in which some joint is there; rows in which all six are exactly 0 are missing ones."""
     empty = [i for i in range(len(times)) if all(not angles[j][i] for j in JOINTS)]
-    gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in JOINTS}
+    gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in at}
     kept = [i for i in range(len(times)) if i not in set(empty)]
     found = []
     if empty:
-        zeros = "zeros" if angles["lh"][empty[0]] is not None else "gaps"
+        zeros = "zeros" if angles[next(iter(at))][empty[0]] is not None else "gaps"
         message = f"{len(empty)} rows hold {zeros} in all six joints: they are left out"
-        found.append(Diagnostic("HA222", message, columns.span(empty[0], at["lh"])))
+        found.append(Diagnostic("HA222", message, columns.span(empty[0], next(iter(at.values())))))
     elif any(gone.values()):
         worst = max(gone, key=lambda j: gone[j])
         first = next(i for i in range(len(times)) if angles[worst][i] is None)

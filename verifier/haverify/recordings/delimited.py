@@ -7,6 +7,7 @@ the cycle one second long.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -22,7 +23,9 @@ _TIME = re.compile(r"^(time|t)([\[(_ ]+(s|ms|sec|seconds)[\])]?)?$", re.IGNORECA
 _SCALES = {"ms": Fraction(1, 1000), "percent": Fraction(1, 100)}
 
 
-def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[Diagnostic]]:
+def delimited(
+    source: Source, angles: str = "", absent: Collection[str] = ()
+) -> tuple[Recording | None, list[Diagnostic]]:
     """The recording in a file of separated values; `angles` is the unit the caller states for those without one."""
     start = _after_remarks(source.text)
     labels = source.text[start:].split("\n", 1)[0]
@@ -37,7 +40,7 @@ def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[
         span = columns.spans[0].to(columns.spans[-1])
         return None, [*found, Diagnostic("HA224", "no column `time` (or `percent`)", span)]
     stated = _stated(columns, angles)
-    made, more = recording(columns, time, stated, scale)
+    made, more = recording(columns, time, stated, scale, absent)
     return made, [*found, *more]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -24,11 +24,11 @@ class Recorded:
     sources: dict[str, Source]
 
 
-def recorded(paths: Iterable[str], angles: str = "") -> Recorded:
-    """The recordings and ground forces in some files, in order."""
+def recorded(paths: Iterable[str], angles: str = "", absent: Collection[str] = ()) -> Recorded:
+    """The recordings and ground forces in some files, in order; joints of `absent` may have no column."""
     reads, sources = [], dict[str, Source]()
     for path in dict.fromkeys(Path(p).as_posix() for p in paths):
-        one, source = _read(path, angles)
+        one, source = _read(path, angles, absent)
         reads.append(one)
         if source is not None:
             sources[path] = source
@@ -40,7 +40,7 @@ def recorded(paths: Iterable[str], angles: str = "") -> Recorded:
     )
 
 
-def _read(path: str, angles: str) -> tuple[Read, Source | None]:
+def _read(path: str, angles: str, absent: Collection[str]) -> tuple[Read, Source | None]:
     file = Path(path)
     if file.suffix.lower() not in SUFFIXES:
         message = f"{path}: recordings end in {', '.join(SUFFIXES)}"
@@ -57,7 +57,7 @@ def _read(path: str, angles: str) -> tuple[Read, Source | None]:
         made, found = c3d(path, hashlib.sha256(raw).hexdigest())
         return Read(made, None, tuple(found)), None
     source = Source(path, _decoded(raw), raw)
-    return read(source, angles), source
+    return read(source, angles, absent), source
 
 
 def _decoded(raw: bytes) -> str:
