@@ -151,9 +151,8 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     """The verdict that a run shows."""
     kind, shown = question.asked.kind, {"kind": "flow_run", "run": run_json(run)}
     piece = question.shown[0]
-    point = [low for low, _ in piece.box]
     is_recorded = _may_be_recorded(question) and not run.steps
-    record = run_record(question, piece.start, point, run.last) if is_recorded else None
+    record = run_record(question, piece.start, piece.box, run.last) if is_recorded else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)
     return Answer(Refuted(), "violated" if kind == "always" else "never met", shown, run, record=record)

@@ -44,9 +44,8 @@ def proof_record(question: Question, proof: Sequence[Piece]) -> Json | None:
     return _file(question, [(s.box, [p for p in proof if p.start is s]) for s in model.starts], question.asked.last)
 
 
-def run_record(question: Question, start: Start, point: Sequence[Q], until: Q) -> Json | None:
-    """A file of the recorded flow from one start up to an instant; None where it would not do."""
-    box = tuple((q, q) for q in point)
+def run_record(question: Question, start: Start, box: Box, until: Q) -> Json | None:
+    """A file of the recorded flow from one start (or one in a box) up to an instant; None where it would not do."""
     return _file(question, [(box, [Piece(start, box)])], until)
 
 
