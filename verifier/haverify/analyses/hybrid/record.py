@@ -17,14 +17,13 @@ from haverify.analyses.hybrid.starts import Box, halves
 from haverify.maths.digits import rational_text
 from haverify.maths.interval import Fault
 from haverify.solvers.kernel import RecordedStretch, Step
-from haverify.text.record import replace
 
 Q = Fraction
 Json = Any
 Names = tuple[str, ...]
 DIGITS = 18  # of an integer in a certificate, at most
 PRECISION, COARSEST = 36, 8
-MOST = 2100  # coefficients of a step
+MOST = 1500  # coefficients of a step
 MOST_MOVING = 16  # variables; the checker takes no more
 ENDS = ("horizon", "jumped", "left")
 
@@ -67,14 +66,12 @@ def _new_file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], 
     model, moving = question.model, len(question.model.automaton.vars)
     first = next(piece for _, pieces in given for piece in pieces)
     settings, varied = recorded_settings(question, first, until), set_of(model.names, first.box)
-    degree = _degree(moving * settings.order, len(varied), settings.degree)
-    if moving > MOST_MOVING or degree is None:
+    if moving > MOST_MOVING or moving * settings.order * comb(len(varied) + settings.degree, settings.degree) > MOST:
         return None
     try:
         grown = [{p.box: follow_record(question, p, until) for p in pieces} for _, pieces in given]
     except Fault:
         return None
-    grown = [{box: [lowered(row, degree) for row in found] for box, found in trees.items()} for trees in grown]
     rows = [row for trees in grown for found in trees.values() for row in found]
     steps = [step for row in rows for step in row.steps]
     monomials = steps[0][0] if steps else []
@@ -90,24 +87,6 @@ def _new_file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], 
         "schema": "haverify.flow/1", "automaton": model.automaton.name, "bits": bits,
         "order": len(steps[0][1][1][0]) - 1, "set": varied, "monomials": monomials, "starts": starts,
     }  # fmt: skip
-
-
-def _degree(paths: int, varied: int, most: int) -> int | None:
-    """The highest degree in the set variables at which a step does not have too many coefficients."""
-    return next((d for d in range(most, 0, -1) if paths * comb(varied + d, d) <= MOST), None)
-
-
-def lowered(row: RecordedStretch, degree: int) -> RecordedStretch:
-    """A stretch without the terms above a degree: what they add is a part of the error that the checker finds."""
-    return replace(row, steps=[_lowered(*step, degree) for step in row.steps])
-
-
-def _lowered(monomials: list[list[int]], step: Step, degree: int) -> tuple[list[list[int]], Step]:
-    kept = [i for i, m in enumerate(monomials) if sum(m) <= degree]
-    if len(kept) == len(monomials):
-        return monomials, step
-    h, series = step
-    return [monomials[i] for i in kept], (h, [[[row[i] for i in kept if i < len(row)] for row in x] for x in series])
 
 
 def set_of(names: Names, piece: Box) -> list[str]:
