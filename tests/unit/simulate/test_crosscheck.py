@@ -40,6 +40,7 @@ automaton Swing {
 }
 property bound on Swing { within 4; always x <= 1.2 }
 """
+ASSUMING = SWING.replace("within 4; always x <= 1.2", "assume k <= 1.05 and x <= 1.1; within 4; always x <= 1.05")
 
 
 def proved(text: str, tmp_path: Path) -> tuple[Spec, Evidence]:
@@ -65,7 +66,7 @@ def narrowed(flowpipe: Any, share: float) -> Any:
     return made
 
 
-@pytest.mark.parametrize("text", [BALL, SWING])
+@pytest.mark.parametrize("text", [BALL, SWING, ASSUMING])
 def test_a_sound_flowpipe_raises_no_alarm_and_a_narrow_one_does(text: str, tmp_path: Path) -> None:
     spec, evidence = proved(text, tmp_path)
     sound = Beside(spec, spec.automata[0], spec.claims[0], evidence.flowpipe)

@@ -21,13 +21,18 @@ Seconds = Callable[[Expr], Fraction]
 
 TEMPORAL = frozenset({"globally", "eventually", "until"})
 BEYOND = number(Fraction(10) ** 300)  # of a truth value: how far it is from its opposite
+FAR = number(Fraction(10) ** 9)  # s, beyond every run
 
 
 @record
 class AskedOfRuns:
-    """A goal as the kernel judges it, how far it looks (s), how many jumps, and what runs have to observe."""
+    """A goal as the kernel judges it, how far it looks (s), how many jumps, and what runs have to observe.
+
+    `assumed` says of a run that it keeps the assumptions; none if there are none.
+    """
 
     words: FormulaWords
+    assumed: FormulaWords
     horizon: float
     jumps: int | None
     observed: tuple[Observation, ...]
@@ -60,19 +65,12 @@ def asked_of_runs(spec: Spec, automaton: HybridAutomaton, claim: Claim, goal: Go
     else:
         raise OutsideFragmentError(f"`{goal.kind.replace('_', ' ')}` is not refuted by one run")
     taken = _Taken(automaton, seconds)
-    words = taken.formula(_with_assumptions(whole, (*spec.assumptions, *claim.assume)))
+    kept = tuple(Expr("globally", (number(0), FAR, a)) for a in (*spec.assumptions, *claim.assume))
+    assumed = taken.formula(Expr("and", kept)) if kept else []
+    words = taken.formula(Expr("or", (*(Expr("not", (k,)) for k in kept), whole)) if kept else whole)
     observed = tuple(Observation(tuple(taken.at_stay(a, m.name) for a in taken.atoms)) for m in automaton.modes)
     landings = tuple(taken.landings()) if any(n.op in ("jump", "jumped") for a in taken.atoms for n in nodes(a)) else ()
-    return AskedOfRuns(words, float(horizon_of(whole, seconds)), claim.jumps, observed, landings)
-
-
-def _with_assumptions(whole: Expr, assumed: tuple[Expr, ...]) -> Expr:
-    """A run on which an assumption fails at some time is no counterexample."""
-    if not assumed:
-        return whole
-    far = number(Fraction(10) ** 9)
-    denials = tuple(Expr("not", (Expr("globally", (number(0), far, a)),)) for a in assumed)
-    return Expr("or", (*denials, whole))
+    return AskedOfRuns(words, assumed, float(horizon_of(whole, seconds)), claim.jumps, observed, landings)
 
 
 def horizon_of(e: Expr, seconds: Seconds) -> Fraction:
