@@ -25,8 +25,7 @@ class AlongRun(Along):
 
     def decides(self, run: Json) -> None:
         """The run violates the claim (meets the goal of `can reach`) at its end, or never meets what it should."""
-        mode, point = str(run["mode"]), self.starts.admissible(run)
-        box = {v: (q, q) for v, q in point.items()}
+        mode, box = str(run["mode"]), self.starts.admissible(run)
         (start,), here, params = self.record.data["starts"], self.record.start(mode, box), self.record.params(box)
         node, landing, touching = start["pieces"], None, self._touching(mode, box)
         for jump in run["steps"]:
