@@ -96,6 +96,13 @@ class Question:
         if (self.limit is not None and self.limit < max(0, self.after or 0)) or (self.jumps or 0) < 0:
             raise Refused("the claim speaks of no instant")
 
+    def ends(self, window: list[Json]) -> list[Fraction]:
+        """The two ends of a window."""
+        found = [self._time(e) for e in window]
+        if not 0 <= found[0] <= found[1]:
+            raise Refused("a window holds no instant, or one before the start")
+        return found
+
     def _time(self, e: Json) -> Fraction:
         q = constant(self.scope.base.poly(e))
         if q is None:
@@ -167,7 +174,7 @@ class Question:
             return verdict, [("", "", verdict)]
         if kind == "flowpipe" and self.claim["inductive"]:
             raise Beyond("flowpipes do not show that an invariant is inductive")
-        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
+        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach", "reach", "stl"):
             from hacheck.along import shown_along
 
             return shown_along(self, entry)
