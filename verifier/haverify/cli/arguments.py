@@ -228,6 +228,7 @@ def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
     )
     p.add_argument("--of", metavar="X,Y", help="the quantities to draw")
     p.add_argument("--mode", metavar="MODE", help="whose vector field (default: where the first run starts)")
+    p.add_argument("--orbit", action="store_true", help="find the periodic orbit that the first run comes to")
     p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 
 
