@@ -54,10 +54,13 @@ bench-reach: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/python -m tests.bench.reach
 
-# Simulated runs beside scipy: errors and speed, half a minute.
+# Simulated runs beside scipy and heyoka, which has an environment of its own (104 MB are downloaded once): two minutes.
 bench-sim: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
-	$(BIN)/python -m tests.bench.simulation
+	test -x $(HEYOKA)/bin/python || $(PYTHON) -m venv $(HEYOKA)
+	$(HEYOKA)/bin/python -m pip install --quiet heyoka==7.13.2
+	$(HEYOKA)/bin/python tests/bench/heyoka_runs.py > $(HEYOKA)/runs.json
+	$(BIN)/python -m tests.bench.simulation $(HEYOKA)/runs.json
 
 # A simulated motion read back by OpenSim's own readers, in an environment of its own (72 MB are downloaded once).
 test-opensim: $(STAMP)

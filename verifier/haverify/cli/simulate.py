@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 MOST = 100_000
 DRAWN = 800  # instants of a drawing
+BENDS = 12  # instants of each step in a drawing in the plane
 
 
 def run(called: argparse.Namespace) -> int:
@@ -153,11 +154,18 @@ def _drawing(runs: list[SimulatedRun], times: list[float], orbit: Orbit | None, 
     if len(names) < 2:
         raise UsageError("a drawing in the plane needs two quantities: --of x,y")
     pair = names[0], names[1]
-    drawn = [traces(r, pair, times) for r in runs]
+    drawn = [traces(r, pair, _fine(r)) for r in runs]
     arrows = _arrows(runs[0], pair, drawn, called) if called.kind == "field" else []
     closed = [] if orbit is None else traces(orbit.run, pair, [orbit.period * k / DRAWN for k in range(DRAWN + 1)])
     axes = titled(model, pair)[0], titled(model, pair)[1]
     return standalone(simulated.in_plane(axes, drawn, arrows, title, closed))
+
+
+def _fine(run: SimulatedRun) -> list[float]:
+    """Instants that show every bend of a run: some of each of its steps, of very many steps fewer."""
+    pieces = [p for p in run.record.pieces() if p[3] > 0]
+    each = max(1, min(BENDS, DRAWN * BENDS // max(len(pieces), 1)))
+    return [p[2] + p[3] * k / each for p in pieces for k in range(each)]
 
 
 def _modes(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespace) -> str:

@@ -110,17 +110,18 @@ def _time_axis(span: tuple[float, float], y: float) -> list[str]:
 
 
 def in_plane(names: tuple[str, str], runs: Sequence[Run], slopes: Sequence[Slope], title: str, orbit: Run = ()) -> str:
-    """Orbits of two quantities; `slopes` are drawn as short arrows of one length, a periodic orbit as a broad line."""
+    """Orbits of two quantities; `slopes` are drawn as short arrows of one length, a periodic orbit over faint runs."""
     x = _range([*runs, orbit], 0) if runs else _hull([s[0] for s in slopes])
     y = _range([*runs, orbit], 1) if runs else _hull([s[1] for s in slopes])
     frame = Frame(LEFT, 28.0, SQUARE, SQUARE * 0.8, x, y)
     parts = [svg.rect(frame.left, frame.top, frame.width, frame.height, "frame"), *_axes(frame, names)]
     parts += [p for s in slopes if (p := _arrow(s, frame)) is not None]
-    parts += _course(orbit, frame, "orbit")
+    faint = " under" if orbit else ""
     for number, run in enumerate(runs):
-        parts += _course(run, frame, f"term t{number % COLOURS}")
+        parts += _course(run, frame, f"term t{number % COLOURS}{faint}")
         if run and run[0].times:
             parts.append(svg.circle(frame.at(run[0].values[0][0], run[0].values[1][0]), 3.0, "mark"))
+    parts += _course(orbit, frame, "orbit")
     return svg.drawing(LEFT + SQUARE + 20, frame.top + frame.height + 44, parts, title)
 
 
