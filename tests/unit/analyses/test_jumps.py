@@ -171,3 +171,15 @@ def test_a_run_that_is_stuck_is_no_proof_that_something_is_reached(decided: Deci
     stuck = BALL.replace("h <= 0 and v < 0", "h <= 0 and v < -10")
     found = decided(stuck, "property p on A { reach jumped or h > 5 within 2 }").verdict
     assert not isinstance(found, Proved)
+
+
+def test_an_assumed_bound_of_a_param_is_kept_by_its_starts_alone(decided: Decide) -> None:
+    """0.3 is no float: enclosures of a pace that starts there come a little below it."""
+    head = 'spec "t" version "1.0" unitless\nparam p in [0, 1]\n@allow(HA401, reason = "one way")\nautomaton A {\n'
+    modes = (
+        "  mode M { domain h <= 1; flow { h' = p }; urgent edge go: -> N when h == 1 }\n  mode N { flow { h' = 0 } }\n"
+    )
+    text = head + "  var h\n  init M where h == 0\n" + modes + "}\n"
+    claim = "property q on A {{ assume p >= 0.3; within {}; reach at(N) within {} }}"
+    assert isinstance(decided(text, claim.format(4, 4)).verdict, Proved)
+    assert isinstance(decided(text, claim.format(3, 3)).verdict, Refuted)

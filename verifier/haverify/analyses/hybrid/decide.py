@@ -139,9 +139,8 @@ def _is_run_likely(question: Question) -> bool:
 def _may_be_recorded(question: Question) -> bool:
     """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon."""
     model = question.model
-    is_plain = not (
-        model.assumed or model.used or question.asked.endless or any(fields(model, m)[1] for m in model.modes)
-    )
+    is_told = model.used or model.spec.assumptions or question.claim.assume
+    is_plain = not (is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes))
     return is_plain and question.asked.kind in RECORDED
 
 

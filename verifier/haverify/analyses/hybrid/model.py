@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from haverify.analyses.hybrid.starts import Box, NoStartError, start_box
+from haverify.analyses.hybrid.conditions import members
+from haverify.analyses.hybrid.starts import Box, NoStartError, keeps, start_box
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
@@ -42,7 +43,7 @@ class HybridModel:
     starts: tuple[Start, ...]
     # For each mode, what lets and constants stand for.
     definitions: tuple[Definitions, ...]
-    # Conditions as long as which runs are judged, and conditions that hold on all of them.
+    # Conditions as long as which runs are judged, bounds of params left out, and conditions that hold on all of them.
     assumed: tuple[Expr, ...]
     used: tuple[Expr, ...]
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
@@ -85,6 +86,7 @@ def hybrid_model(
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), "time")
     ranges = {p.name: values.interval(p.range) for p in params}
     starts = _starts(automaton, modes, values, ranges, assumed)
+    assumed = tuple(c for e in assumed for c in members(e) if not keeps(c, ranges, values))
     return HybridModel(spec, automaton, values, modes, names, starts, known, assumed, used)
 
 

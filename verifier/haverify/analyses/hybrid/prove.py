@@ -18,6 +18,7 @@ Q = Fraction
 PIECES = 512  # boxes looked at for one claim, at most
 WORK = 24_000  # steps of all their trees together; one in more than `FEW` variables counts as several
 FEW = 4
+LINE = Q(1, 3)  # what a step counts for where only one variable is uncertain at the start
 DEEPEST = 24  # how often a box is halved, at most
 LEAST = 16  # steps that a stretch between jumps counts for, at least
 
@@ -92,7 +93,8 @@ def _followed(question: Question, wanted: Piece) -> Piece:
     least = LEAST if question.model.jumps else 1
     steps = sum(max(least, len(s.stages)) for s in piece.tree)
     question.pieces += 1
-    question.work += steps * max(Q(1), Q(len(piece.box) - 1, FEW) ** 2)
+    is_line = sum(low < high for low, high in piece.box) <= 1
+    question.work += steps * max(Q(1), Q(len(piece.box) - 1, FEW) ** 2) * (LINE if is_line else 1)
     question.shown = question.shown or [piece]
     return piece
 

@@ -79,6 +79,11 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
     return op in ("<=", ">=", "==")
 
 
+def keeps(e: Expr, params: Mapping[str, tuple[Q, Q]], values: Values) -> bool:
+    """Whether a conjunct only bounds a param: a box of starts that keeps it at first keeps it always."""
+    return _bounded(e, dict(params), values)
+
+
 def points(box: Box) -> Iterator[tuple[Q, ...]]:
     """The middle of a box, and where few of its sides are wide, its corners."""
     yield tuple((low + high) / 2 for low, high in box)
