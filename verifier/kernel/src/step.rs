@@ -25,8 +25,12 @@ impl Runner<'_> {
             return Stop::End(End::Steps);
         }
         let mode = self.mode();
+        self.jets.ahead.clear();
         self.jets.expand(&mode.program, &self.run.state, self.plan.order);
         if self.stands_at_corner(mode) {
+            self.jets.expand(&mode.program, &self.run.state, self.plan.order);
+        }
+        if self.jets.looks_ahead(&mode.corners) {
             self.jets.expand(&mode.program, &self.run.state, self.plan.order);
         }
         let next = self.plan.writes.get(self.written).map_or(self.plan.horizon, |w| w.time.min(self.plan.horizon));
