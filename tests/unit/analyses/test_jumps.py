@@ -141,7 +141,6 @@ def test_a_margin_is_at_most_the_true_one(decided: Decide) -> None:
 @pytest.mark.parametrize(
     ("text", "claim", "words"),
     [
-        (BALL.replace("var h\n", "var h\n  var on: bool\n"), "within 1; always h <= 2", "discrete"),
         (BALL, "within 1; always h <= 2; method taylor(order = 1)", "order = 1"),
         (BALL, "within 1; always h <= 2; method taylor(cuts = 99)", "cuts = 99"),
         (BALL.replace("v := -0.8 * v", "v in [3, 2]"), "can reach v > 1 within 1", "there is none"),

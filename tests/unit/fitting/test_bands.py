@@ -3,18 +3,48 @@
 import pytest
 from tests.walks import TRIAL, files, made, walk_of
 
-from haverify.fitting.bands import band, coverage, csv, difference, normalised
+from haverify.fitting.bands import band, coverage, csv, in_turns
+from haverify.fitting.difference import difference
+from haverify.fitting.percent import normalised
 from haverify.fitting.walk import Options, walk
 from haverify.text.record import replace
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_band_of_95_percent_holds_90_to_99_percent_of_held_out_samples(seed: int) -> None:
-    w, _ = walk([made(28.0, noise=1.0, seed=seed)], (), Options())
+@pytest.mark.parametrize("noise", [0.3, 1.0])
+def test_bands_of_95_percent_hold_90_to_99_percent_of_what_they_are_not_made_of(noise: float) -> None:
+    w, _ = walk([made(28.0, noise=noise, seed=2)], (), Options())
     assert w is not None
-    shares = [coverage(b, w.held_out).samples for b in w.bands]
-    assert len(shares) == 6
-    assert 0.90 <= sum(shares) / 6 <= 0.99
+    held = [coverage(b, w.held_out) for b in w.bands]
+    assert len(held) == 6
+    assert 0.90 <= sum(c.samples for c in held) / 6 <= 0.99
+    turns = [in_turns(w.whole_sample, j) for j in ("lh", "rk", "ra")]
+    assert all(t is not None and 0.90 <= t.samples <= 0.99 for t in turns)
+    assert all(t is not None and t.curves is not None and t.curves >= 0.90 for t in turns)
+
+
+PEOPLE = [TRIAL, "normal_gait.mot", "moco_coordinates.sto", "fukuchi_healthy.json", "bmc_walk1.trc"]
+
+
+def shares(names: list[str], leg: str) -> float:
+    """The share of samples of people left out in turns that bands of the others hold."""
+    w, _ = walk([walk_of(n) for n in names], (), Options(leg=leg))
+    assert w is not None
+    turns = [in_turns(w.whole_sample, c.joint) for c in w.curves]
+    return sum(t.samples for t in turns if t is not None) / 6
+
+
+@pytest.mark.parametrize("leg", ["l", "r"])
+def test_of_five_people_left_out_in_turns_bands_of_the_others_hold_90_to_99_percent(leg: str) -> None:
+    assert 0.90 <= shares(PEOPLE, leg) <= 0.99
+
+
+def test_a_band_of_ordinary_walkers_does_not_hold_a_crouch_gait() -> None:
+    w, _ = walk([walk_of(n) for n in PEOPLE], (), Options(leg="r"))
+    crouch, _ = walk([walk_of("crouch_gait.mot")], (), Options(leg="r"))
+    assert w is not None
+    assert crouch is not None
+    everyone = [band(w.whole_sample, c.joint) for c in w.curves]
+    assert sum(coverage(b, crouch.training).samples for b in everyone if b is not None) / 6 < 0.5
 
 
 def test_two_cycles_make_no_band() -> None:
@@ -45,7 +75,7 @@ def test_bands_are_written_by_percent() -> None:
     w, _ = walk([made(10.0, noise=0.5)], (), Options())
     assert w is not None
     lines = csv(w.bands).splitlines()
-    assert lines[0].startswith("percent,lh_low,lh_high,rh_low")
+    assert lines[0].startswith("percent,lh_low,lh_high,lh_curve_low,lh_curve_high,rh_low")
     assert len(lines) == 102
 
 

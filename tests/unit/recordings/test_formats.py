@@ -40,6 +40,13 @@ def test_separated_values_state_their_unit_in_the_labels() -> None:
     assert r.angles["rk"] == (Q(-5), Q(-60))
 
 
+def test_quoted_cells_are_read() -> None:
+    text = "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in (LABELS + ROW).split("\n")[:-1])
+    r = read(Source.of_text("a.csv", text + "\n")).recording
+    assert r is not None
+    assert r.angles["rk"] == (Q(-5), Q(-60))
+
+
 def test_a_percentage_is_a_cycle_of_one_second() -> None:
     text = LABELS.replace("time_s", "percent") + ROW.replace("0.5,", "50,")
     r = read(Source.of_text("a.csv", text)).recording
@@ -205,3 +212,63 @@ def test_legs_that_no_frame_shows_have_some_axis_in_silence() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert vertical({"lhip": nowhere, "lankle": nowhere}) in range(3)
+
+
+@pytest.mark.parametrize("coding", ["utf-16", "utf-16-le", "utf-16-be", "utf-8-sig", "latin-1"])
+def test_texts_of_any_coding_are_read(tmp_path: Path, coding: str) -> None:
+    path = tmp_path / "walk.csv"
+    path.write_bytes((LABELS + ROW).replace("\n", "\r\n").encode(coding))
+    (r,) = recorded([str(path)]).recordings
+    assert r.angles["rk"] == (Q(-5), Q(-60))
+
+
+def told_at(tmp_path: Path, name: str, raw: bytes) -> tuple[str, str, str | None]:
+    """The first finding in a file: code, the text at its place, help."""
+    (tmp_path / name).write_bytes(raw)
+    read = recorded([str(tmp_path / name)])
+    first = read.found[0]
+    assert first.span is not None
+    return first.code, read.sources[first.span.path].at(first.span), first.help
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("a.mot", "a\nendheader\ntime\0", ("HA210", "\0", None)),
+        ("a.csv", LABELS.replace(",", ";") + "0,01;20;1;1;1;1;1\n", ("HA210", "0,01", "write a decimal point: 0.01")),
+        ("b.csv", LABELS + "0,01,2,1,1,1,1,1,1,1,1,1,1,1\n", ("HA210", "0,01,2,1,1,1,1,1,1,1,1,1,1,1", "are these")),
+        (
+            "c.csv",
+            LABELS.replace("time_s", "percent") + ROW.replace("0.5,", "100,") * 2,
+            ("HA210", "0.0", "write each"),
+        ),
+        ("d.csv", LABELS + ROW.replace("20,", "1e400,", 1), ("HA210", "1e400", None)),
+        ("e.csv", LABELS + ROW.replace("20,", "1e999999999,", 1), ("HA210", "1e999999999", None)),
+        ("f.csv", LABELS.replace("knee_l_deg", "knee_l_rad") + ROW, ("HA106", "knee_l_rad", "write all angles in one")),
+        (
+            "g.csv",
+            LABELS.replace("ankle_l", "hip_r_deg,ankle_l") + ROW.replace(",2\n", ",9,2\n").replace(",1\n", ",9,1\n"),
+            ("HA221", "hip_r_deg", None),
+        ),
+        ("a.json", '{"fps": 150, "ok": True}', ("HA210", "True", "a word of Python: write `true`")),
+        ("b.json", '{"fps": 150, "ok": ', ("HA210", "", None)),
+    ],
+)
+def test_what_cannot_be_read_is_told_at_its_place(
+    tmp_path: Path, name: str, text: str, expected: tuple[str, str, str | None]
+) -> None:
+    code, at, advice = told_at(tmp_path, name, text.encode())
+    assert (code, at) == expected[:2]
+    assert (advice or "").startswith(expected[2] or "")
+
+
+def test_nan_in_landmarks_is_a_missing_point() -> None:
+    text = (WALKS / "fukuchi_healthy.json").read_text(encoding="utf-8")
+    cut = text.index('"left_knee":[', 3000) + len('"left_knee":[')
+    source = Source.of_text("a.json", text[:cut] + "NaN" + text[text.index(",", cut) :])
+    found = read(source)
+    assert codes(found.found)[:2] == ["HA222", "HA222"]
+    assert found.found[0].span is not None
+    assert source.at(found.found[0].span) == "NaN"
+    assert found.recording is not None
+    assert len(found.recording.times) == 373

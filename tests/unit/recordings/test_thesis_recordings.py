@@ -78,6 +78,58 @@ def test_counts_that_cannot_be(text: str, code: str) -> None:
     assert set(codes(read(Source.of_text("suit.csv", text)).found)) == {code}
 
 
+def test_a_count_that_leaps_is_left_out_before_smoothing() -> None:
+    lines = counts_of(3.0, 1.0).split("\n")
+    cells = lines[60].split(",")
+    lines[60] = ",".join([*cells[:2], str(int(cells[2]) + 150), *cells[3:]])
+    found = read(Source.of_text("suit.csv", "\n".join(lines)))
+    assert codes(found.found) == ["HA227"]
+    clean = read(Source.of_text("suit.csv", counts_of(3.0, 1.0))).recording
+    assert found.recording is not None
+    assert clean is not None
+    pairs = zip(found.recording.angles["lk"], clean.angles["lk"], strict=True)
+    assert max(abs((a or Q(0)) - (b or Q(0))) for a, b in pairs) < 2
+
+
+def ends_of(seconds: float, longer: float = 1.0) -> str:
+    """A made-up walk as the ends of its legs, hip to ankle, separated by semicolons as phones do."""
+    walk, rows = made(seconds, rate=50.0), []
+    for k, t in enumerate(walk.times):
+        cells = [str(float(t))]
+        for s in "lr":
+            bent = Bent(float(walk.angles[s + "h"][k] or 0), float(walk.angles[s + "k"][k] or 0))
+            cells += [f"{longer * v:.7f}" for v in forward(bent, 0.43, 0.41)]
+        rows.append(";".join(cells))
+    return "# thigh 0.43\n# shank 0.41\ntime;left_x;left_y;right_x;right_y\n" + "\n".join(rows) + "\n"
+
+
+def test_ends_of_legs_become_hips_and_knees() -> None:
+    found = read(Source.of_text("phone.csv", ends_of(3.0)))
+    assert codes(found.found) == ["HA222", "HA222"]
+    assert all("no ankle" in d.message for d in found.found)
+    assert found.recording is not None
+    truth = made(3.0, rate=50.0)
+    for j in ("lh", "rh", "lk", "rk"):
+        pairs = zip(found.recording.angles[j], truth.angles[j], strict=True)
+        assert max(abs((a or Q(0)) - (b or Q(0))) for a, b in pairs) < Q(1, 1000)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (ends_of(1.0, 1.2), "out of reach, the first 1.007 from the hip, but the leg reaches 0.02 .. 0.84"),
+        (ends_of(1.0).replace("# thigh 0.43\n", ""), "nothing tells how long thigh and shank are"),
+        (ends_of(1.0).replace("time;", "when;"), "no column `time`"),
+        (ends_of(1.0).replace("right_y", "right_z"), "no column right_y"),
+        ("time,ax (m/s^2),ay (m/s^2)\n0,1,2\n1,2,3\n", "accelerations, which tell no place"),
+    ],
+)
+def test_ends_of_legs_that_tell_no_angles(text: str, said: str) -> None:
+    found = read(Source.of_text("phone.csv", text))
+    assert found.recording is None
+    assert any(said in d.message for d in found.found)
+
+
 @pytest.mark.parametrize("bent", [Bent(20.0, -60.0), Bent(-15.0, -5.0), Bent(30.0, 10.0)])
 def test_one_of_both_ways_to_bend_is_the_one_it_came_from(bent: Bent) -> None:
     found = inverse(forward(bent, 0.43, 0.41), 0.43, 0.41)

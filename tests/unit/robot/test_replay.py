@@ -3,6 +3,7 @@
 import math
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,16 +12,22 @@ from tests.unit.robot.scene import FOLDER, ROOT, changed, cycle, engine, gait_ma
 from haverify.cli import main
 from haverify.errors import UsageError
 from haverify.robot import mechanics
-from haverify.robot.checks import margins
+from haverify.robot.checks import Sampled, margins
 from haverify.robot.claims import angle_text, claims_text
 from haverify.robot.comparison import compared
+from haverify.robot.cycle import cycle_of
 from haverify.robot.pace import greatest_pace
 from haverify.robot.recorded import recorded
+from haverify.robot.slack import slacks
 from haverify.robot.trajectory import sampled
+from haverify.run.examine import read
+from haverify.run.replay import without_effect
 from haverify.run.replay_recording import angles_of
+from haverify.run.replay_rows import sampled_row
 from haverify.text.record import replace
 
 Q = Fraction
+MAP = (FOLDER / "gait.toml").read_text()
 WALK = str(ROOT / "models" / "walks" / "subject01_walk1_ik.mot")
 
 
@@ -119,16 +126,20 @@ def test_a_recording_stands_on_the_lower_foot():
     assert knee == pytest.approx(-seen.values["lk"][0])
 
 
-def test_a_recording_with_a_gap_or_without_a_joint_is_refused(tmp_path):
-    text = (ROOT / "models" / "walks" / "subject01_walk1_ik.mot").read_text()
-    lines = text.splitlines()
+def with_gap(folder):
+    """The walk, one angle of the left knee being no number."""
+    lines = Path(WALK).read_text().splitlines()
     start = next(k for k, line in enumerate(lines) if line.startswith("time"))
     column = lines[start].split("\t").index("knee_angle_l")
     cells = lines[start + 5].split("\t")
     cells[column] = "nan"
-    path = tmp_path / "gap.mot"
+    path = folder / "gap.mot"
     path.write_text("\n".join([*lines[: start + 5], "\t".join(cells), *lines[start + 6 :]]))
-    found = angles_of(str(path), ["lk"]).found
+    return path
+
+
+def test_a_recording_with_a_gap_or_without_a_joint_is_refused(tmp_path):
+    found = angles_of(str(with_gap(tmp_path)), ["lk"]).found
     assert found and all(d.code.startswith("HA") for d in found)
     assert angles_of(str(tmp_path / "none.mot"), ["lk"]).found[0].code == "HA006"
 
@@ -186,13 +197,92 @@ def test_a_shape_that_pinocchio_cannot_read_is_said(tmp_path):
         mechanics.engine(replace(robot(), urdf=str(path)))
 
 
-def test_what_a_map_names_in_vain_is_told(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(ROOT)
+def test_what_a_map_names_in_vain_is_told():
     text = (FOLDER / "gait.toml").read_text().replace("../walks/subject01_walk1_ik.mot", "none.mot")
-    path = tmp_path / "map.toml"
-    path.write_text(text + 'zero_moment = "a check of another name"\n')
-    call = ["replay", "spec/gait.ha", "--robot", "models/hoap2", "--map", str(path), "--no-report"]
-    assert main(call) == 0
-    said = capsys.readouterr().out
-    assert "`zero_moment` is no check here" in said and said.count("is no check here") == 1
-    assert "the recording none.mot cannot be read" in said
+    m, _ = changed(text + 'zero_moment = "a check of another name"\n')
+    row = sampled_row(Sampled("power", "", 1.0, None, None, "W", 0.0, "LR"))
+    told = [replace(row, name=name, basis="enclosed") for name in m.expected if name != "zero_moment"]
+    notes = without_effect(m, told, [])
+    assert len(notes) == 2
+    assert "`zero_moment` is no check here" in notes[0]
+    assert "the recording none.mot cannot be read" in notes[1]
+
+
+GAP = 'lk = "curve"'
+
+
+@pytest.mark.parametrize(("fill", "told"), [(GAP, "on a curve"), ("lk = -5", "taken as -5 deg"), ("", "")])
+def test_a_gap_is_filled_as_the_map_says(fill, told, tmp_path):
+    m, found = changed(MAP + (f"\n[missing]\n{fill}\n" if fill else ""))
+    assert found == []
+    path, whole = with_gap(tmp_path), angles_of(WALK, ["lk"])
+    seen = angles_of(str(path), ["lk"], m.missing)
+    if not fill:
+        assert [d.code for d in seen.found] == ["HA210"] and seen.found[0].span is not None
+        assert GAP in seen.found[0].help
+        return
+    assert seen.found == [] and told in seen.notes[0] and "1 of 73" in seen.notes[0]
+    wrong = np.abs(np.array(seen.values["lk"]) - whole.values["lk"])
+    assert np.count_nonzero(wrong) == 1
+    assert fill != GAP or wrong.max() < 0.2
+
+
+def test_a_recording_without_ankles_is_replayed_where_the_map_says_what_they_are(tmp_path):
+    lines = [line.split("\t") for line in Path(WALK).read_text().splitlines()]
+    start = next(k for k, line in enumerate(lines) if line[0] == "time")
+    column = lines[start].index("ankle_angle_l")
+    path = tmp_path / "walk.mot"
+    kept = lines[:start] + [line[:column] + line[column + 1 :] for line in lines[start:]]
+    path.write_text("\n".join("\t".join(line) for line in kept))
+    refused = angles_of(str(path), ["lk", "la"])
+    assert [d.code for d in refused.found if d.code == "HA224"] and "[missing] la" in refused.found[-1].notes[-1]
+    seen = angles_of(str(path), ["lk", "la"], {"la": Q(3)})
+    assert set(seen.values["la"]) == {3.0} and "73 of 73" in seen.notes[0]
+    assert seen.values["lk"] == angles_of(WALK, ["lk"]).values["lk"]
+
+
+@pytest.mark.parametrize(
+    ("line", "code"), [("lx = 0", "HA002"), ('lk = "spline"', "HA210"), ("lk = true", "HA210"), ("lk = nan", "HA210")]
+)
+def test_a_wrong_fill(line, code):
+    assert [d.code for d in changed(MAP + f"\n[missing]\n{line}\n")[1]] == [code]
+
+
+def test_margins_of_claims_are_those_of_samples_and_say_where():
+    """Positions in deg, speeds at the fastest of all paces; where the pace is the greatest next to nothing is left."""
+    pace = greatest_pace(cycle(), gait_map(), robot().robot)
+    found = slacks(cycle(), gait_map(), robot().robot, pace)
+    t = sampled(cycle(), gait_map(), robot().robot)
+    for d in gait_map().drives:
+        k, limits = t.joints.index(d.joint), robot().robot.hinges[d.joint].limits
+        least = np.degrees(np.minimum(t.q[:, k] - float(limits.lower), float(limits.upper) - t.q[:, k])).min()
+        assert float(found[f"position_{d.joint}"].margin) == pytest.approx(least, abs=1e-3)
+        fastest = 1.1 * np.abs(t.v[:, k])
+        assert float(found[f"speed_{d.joint}"].margin) == pytest.approx(5 - fastest.max(), abs=1e-3)
+        mode = {t.modes[i] for i in np.flatnonzero(fastest >= fastest.max() - 1e-3)}
+        assert found[f"speed_{d.joint}"].mode in mode
+    assert 0 <= found["fastest"].margin < Q("0.0011") and -Q("0.0011") < found["too_fast"].margin < 0
+
+
+def with_shapes(tmp_path, old, new):
+    """The cycle of the gait with a param that shapes outputs."""
+    text = (ROOT / "spec" / "gait.ha").read_text().replace(old, new, 1)
+    text = text.replace("param speed:", "param amp: 1 in [0.5, 1] default 1\nparam speed:")
+    for name in ("coeffs", "limits.ha"):
+        (tmp_path / name).symlink_to(ROOT / "spec" / name)
+    (tmp_path / "gait.ha").write_text(text)
+    spec, _, _ = read(str(tmp_path / "gait.ha"))
+    return cycle_of(spec, next(a for a in spec.automata if a.name == "Gait"), ["lh", "lk", "la", "rh", "rk", "ra"])
+
+
+def test_params_that_shape_outputs_are_followed_over_their_ranges(tmp_path):
+    found = with_shapes(tmp_path, "let lk: deg = LK[phase](x)", "let lk: deg = amp * LK[phase](x)")
+    assert found.steady and not found.pace_only and found.box == {"amp": (Q(1, 2), Q(1))}
+    for (low, high), c in zip(found.pieces[0].over("lk", found.box), cycle().pieces[0].outputs["lk"], strict=True):
+        assert (low, high) == (min(c, c / 2), max(c, c / 2))
+    assert slacks(found, gait_map(), robot().robot, None) == {}
+
+
+def test_where_a_param_moves_a_switch_only_defaults_are_followed(tmp_path):
+    found = with_shapes(tmp_path, "    LR until 0.5 s", "    LR until 0.5 s * amp + 0 s")
+    assert not found.steady and found.box == {} and found.slowest == found.fastest == 1

@@ -312,6 +312,9 @@ def _fit(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--bound", metavar="JOINT=LOW..HIGH", action="append", help="keep a joint there: knee=-130..1 (deg)")
     p.add_argument("--events", choices=("zeni", "velocity"), help="how strikes are seen without forces (default zeni)")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the file says")
+    p.add_argument(
+        "--outliers", choices=("single", "drop", "keep"), help="samples that leap to leave out: lone ones, all, none"
+    )
     p.add_argument("--held-out", metavar="DATA", action="append", help="a recording to claim it of, not fitted to")
     p.add_argument("--plot", metavar="PATH.svg", help="draw the curves; PATH_orbits, PATH_sticks too")
 

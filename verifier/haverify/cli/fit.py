@@ -66,7 +66,9 @@ def _options(called: argparse.Namespace) -> Options:
     if called.degree is not None and not 2 * order + 1 <= called.degree <= 9:
         raise UsageError(f"--degree {called.degree}: {2 * order + 1} to 9 with --order {order}")
     bounds = dict(_bound(text) for text in called.bound or [])
-    return Options((called.leg or "")[:1], order, called.degree, called.events or "zeni", bounds)
+    return Options(
+        (called.leg or "")[:1], order, called.degree, called.events or "zeni", called.outliers or "single", bounds
+    )
 
 
 def _bound(text: str) -> tuple[str, Interval]:

@@ -71,6 +71,8 @@ _ROWS = (
     ("HA224", "a recording lacks what a walk needs", "E", "int", ""),
     ("HA225", "left and right may be exchanged in a recording", "W", "int", ""),
     ("HA226", "events of a recording are missing or contradict one another", "I", "int", ""),
+    ("HA227", "samples of a recording leap away from their neighbours", "W", "int", ""),
+    ("HA228", "a declared bound contradicts the recording", "W", "int", ""),
     ("HA301", "unreachable mode", "W", "graph, then int", ""),
     ("HA302", "guard never enabled", "W", "smt", "P"),
     ("HA303", "time-lock: domain left with no edge enabled", "E", "smt", ""),

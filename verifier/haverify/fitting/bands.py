@@ -1,7 +1,7 @@
-"""Bands around a joint's curve: mean +- k standard deviations over cycles, and the thesis' difference of two fits.
+"""Bands around a joint's curve: mean +- k standard deviations over cycles or recordings, and what they hold.
 
-Both come with the share of samples they hold; of held-out cycles where there are any, since a band holds what it was
-made of too well.
+Two of 95 %: one for the samples of a further curve, percent by percent, and a wider one for the whole of it. Both come
+with the shares they hold of curves they are not made of, since a band holds what it was made of too well.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from haverify.fitting.knots import Knots
+from haverify.fitting.deviations import along_a_curve, at_a_point
+from haverify.fitting.percent import POINTS, Percents, percents
 from haverify.recordings.cycles import Cycle
 from haverify.text.record import record
 
@@ -19,18 +20,25 @@ if TYPE_CHECKING:
 
     Array = ndarray[Any, Any]
 
-POINTS = 101
-LEVEL = 0.95
+LEAST = 3
+"""Curves that a band of samples needs."""
+LEAST_WHOLE = 5
+"""Curves that a band of whole curves needs: with fewer it would be tens of deviations wide and say nothing."""
+_FOLDS = 10
 
 
 @record
 class Band:
-    """`mean` and `sd` (101,) of `count` cycles or recordings by percent; the band reaches `k` deviations each way."""
+    """`mean` and `sd` (101,) of `count` cycles or recordings by percent.
+
+    95 % of the samples of a further one lie within `k` deviations, 95 % of whole curves within `whole` (None: too few).
+    """
 
     joint: str
     mean: Array
     sd: Array
     k: float
+    whole: float | None
     count: int
 
     @property
@@ -44,43 +52,50 @@ class Band:
 
 @record
 class Coverage:
-    """The shares of samples, and of whole cycles, inside a band."""
+    """The share of samples in the band for samples, of whole curves in the one for curves (None: there is none)."""
 
     samples: float
-    cycles: float
-
-
-def normalised(cycles: Sequence[Cycle], joint: str) -> Array:
-    """The angles of each cycle at 0, 1, .. 100 % (cycles, 101), linearly between samples, round from end to begin."""
-    import numpy as np
-
-    grid = np.linspace(0, 1, POINTS)
-    found = []
-    for c in cycles:
-        at, y = c.near[joint]
-        found.append(np.interp(grid, np.array(at), np.array(y), period=1.0))
-    return np.array(found)
+    curves: float | None
 
 
 def band(cycles: Sequence[Cycle], joint: str) -> Band | None:
-    """The band of 95 % for a further cycle, by Student's t at each percent; None of fewer than three cycles.
+    """The band of a joint for a further cycle, or recording where there are three or more; None of fewer than three."""
+    return _band(percents(cycles, joint))
 
-    k = t * sqrt(1 + 1/n) accounts for what n cycles do not tell of mean and deviation. Of three or more recordings it
-    is the band for a further recording: each counts once, by its mean, since cycles of one are alike.
+
+def _band(p: Percents) -> Band | None:
+    n = p.count
+    if n < LEAST:
+        return None
+    means = _means(p.between, p)
+    sd, whole = _deviation(p), along_a_curve(n, means, p.samples) if n >= LEAST_WHOLE else None
+    return Band(p.joint, means.mean(axis=0), sd, at_a_point(n), whole, n)
+
+
+def _means(curves: Array, p: Percents) -> Array:
+    """The mean curve of each unit (units, 101)."""
+    import numpy as np
+
+    total = np.zeros((p.count, POINTS))
+    np.add.at(total, p.unit, curves)
+    return np.asarray(total / np.bincount(p.unit)[:, None])
+
+
+def _deviation(p: Percents) -> Array:
+    """The standard deviation of a sample of a further unit.
+
+    The variance between means of units has but a part of that between cycles of one: 1/m of it in the mean of m cycles.
+    The rest is added.
     """
     import numpy as np
 
-    origins = list(dict.fromkeys(c.origin for c in cycles))
-    curves = normalised(cycles, joint)
-    if len(origins) > 2:
-        curves = np.array([curves[[c.origin == o for c in cycles]].mean(axis=0) for o in origins])
-    n = len(curves)
-    if n < 3:
-        return None
-    from scipy.special import stdtrit  # slow to load, and mostly there are fewer
-
-    k = float(stdtrit(n - 1, (1 + LEVEL) / 2)) * float(np.sqrt(1 + 1 / n))
-    return Band(joint, curves.mean(axis=0), curves.std(axis=0, ddof=1), k, n)
+    means, sizes = _means(p.nearest, p), np.bincount(p.unit)
+    variance = means.var(axis=0, ddof=1)
+    freedom = len(p.unit) - p.count
+    if freedom > 0:
+        within = ((p.nearest - means[p.unit]) ** 2).sum(axis=0) / freedom
+        variance = variance + within * (1 - float(np.mean(1 / sizes)))
+    return np.asarray(np.sqrt(variance))
 
 
 def coverage(b: Band, cycles: Sequence[Cycle]) -> Coverage:
@@ -88,52 +103,51 @@ def coverage(b: Band, cycles: Sequence[Cycle]) -> Coverage:
     import numpy as np
 
     grid = np.linspace(0, 1, POINTS)
-    inside = []
+    far = []
     for c in cycles:
         at, y = map(np.array, c.near[b.joint])
-        inside.append((np.interp(at, grid, b.low) <= y) & (y <= np.interp(at, grid, b.high)))
-    every = np.concatenate(inside)
-    return Coverage(float(every.mean()), float(np.mean([i.all() for i in inside])))
+        off = np.abs(y - np.interp(at, grid, b.mean))
+        far.append(off / np.maximum(np.interp(at, grid, b.sd), 1e-9))
+    samples = float((np.concatenate(far) <= b.k).mean())
+    return Coverage(samples, None if b.whole is None else float(np.mean([f.max() <= b.whole for f in far])))
 
 
-@record
-class Difference:
-    """The band between fits of degree 4 and of degree 2, phase by phase: its mean width, the share of samples in it."""
+def in_turns(cycles: Sequence[Cycle], joint: str) -> Coverage | None:
+    """What bands hold of curves left out when they are made: each unit in turn, or a tenth of them; None of too few.
 
-    joint: str
-    width: float
-    samples: float
-
-
-def difference(cycles: Sequence[Cycle], joint: str, knots: Knots) -> Difference:
-    """The thesis' band (section 5.14): the difference of fits of degree 4 and 2 on either side of the one of degree 4.
-
-    Each phase is fitted by itself. A phase with fewer than six samples has no such band and counts as outside.
+    Units count alike, however many cycles they have.
     """
     import numpy as np
 
-    t = np.concatenate([np.array(c.near[joint][0]) for c in cycles]) * float(knots.period)
-    y = np.concatenate([np.array(c.near[joint][1]) for c in cycles])
-    widths, inside = [], 0
-    for a, b in zip(knots.at, knots.at[1:], strict=False):
-        here = (float(a) <= t) & (t < float(b))
-        u, v = (t[here] - float(a)) / float(b - a), y[here]
-        if len(u) < 6:
-            continue
-        four, two = (np.polyval(np.polyfit(u, v, d), u) for d in (4, 2))
-        inside += int((np.abs(v - four) <= np.abs(four - two)).sum())
-        widths.append(float(np.abs(four - two).mean()))
-    return Difference(joint, float(np.mean(widths or [0.0])), inside / max(len(y), 1))
+    p = percents(cycles, joint)
+    parts = min(p.count, _FOLDS)
+    found: list[Coverage] = []
+    for part in range(parts):
+        out = p.unit % parts == part
+        b = _band(p.where(~out))
+        if b is not None:
+            for unit in np.unique(p.unit[out]):
+                left = [c for c, u in zip(cycles, p.unit, strict=True) if u == unit]
+                found.append(coverage(b, left))
+    if not found:
+        return None
+    whole = [c.curves for c in found if c.curves is not None]
+    return Coverage(float(np.mean([c.samples for c in found])), float(np.mean(whole)) if whole else None)
 
 
 def csv(bands: Sequence[Band]) -> str:
     """The bands of some joints, by percent, to a thousandth of a degree."""
-    labels = ",".join(f"{b.joint}_{side}" for b in bands for side in ("low", "high"))
-    rows = [
-        ",".join([str(p), *(_text(x) for b in bands for x in (float(b.low[p]), float(b.high[p])))])
-        for p in range(POINTS)
-    ]
-    return "\n".join([f"percent,{labels}", *rows]) + "\n"
+    columns = [(f"{b.joint}_{name}", values) for b in bands for name, values in _edges(b)]
+    labels = ",".join(["percent", *(name for name, _ in columns)])
+    rows = [",".join([str(p), *(_text(float(v[p])) for _, v in columns)]) for p in range(POINTS)]
+    return "\n".join([labels, *rows]) + "\n"
+
+
+def _edges(b: Band) -> list[tuple[str, Array]]:
+    edges = [("low", b.low), ("high", b.high)]
+    if b.whole is not None:
+        edges += [("curve_low", b.mean - b.whole * b.sd), ("curve_high", b.mean + b.whole * b.sd)]
+    return edges
 
 
 def _text(x: float) -> str:

@@ -12,6 +12,7 @@ squares need no side conditions, and unknowns may be rounded freely: continuity 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from haverify.fitting.knots import Knots
@@ -41,7 +42,8 @@ DECIMALS = (4, 3, 2)
 BUBBLE_DECIMALS = 3
 
 
-def bubbles(order: int, degree: int) -> list[Poly]:
+@cache
+def bubbles(order: int, degree: int) -> tuple[Poly, ...]:
     """The polynomials that vanish up to the given order at both ends, up to a degree."""
     base: Poly = (Q(1),)
     for factor in [(Q(0), Q(1)), (Q(1), Q(-1))] * (order + 1):
@@ -50,7 +52,7 @@ def bubbles(order: int, degree: int) -> list[Poly]:
     for _ in range(degree - 2 * order - 1):
         found.append(base)
         base = times(base, (Q(-1), Q(2)))
-    return found
+    return tuple(found)
 
 
 def times(p: Poly, q: Poly) -> Poly:

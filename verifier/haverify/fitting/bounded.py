@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Array = ndarray[Any, Any]
 
-_POINTS = 40  # of each phase at which the bounds are kept
+_POINTS = 100  # of each phase at which the bounds are kept
 _ROOM = 0.02  # degrees by which they are kept, for what lies between the points and for rounding
 
 

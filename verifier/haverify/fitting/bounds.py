@@ -70,16 +70,3 @@ def fastest(cycles: Sequence[Cycle], curve: Curve) -> Q:
         if there.any():
             steepest = max(steepest, float(np.max(np.abs(y[order[there]] - y[there]) / (t[order[there]] - t[there]))))
     return Q(ceil(steepest * FASTER / 10) * 10)
-
-
-def outside(curve: Curve, bounds: Sequence[tuple[Q, Q]]) -> list[tuple[int, float, float]]:
-    """The phases in which a curve leaves given bounds, with the least and the largest value there."""
-    import numpy as np
-
-    found = []
-    for k, (low, high) in enumerate(bounds):
-        p = [float(c) for c in curve.rows[k]]
-        y = np.polynomial.polynomial.polyval(np.linspace(0, 1, 501), p)
-        if y.min() < float(low) or y.max() > float(high):
-            found.append((k, float(y.min()), float(y.max())))
-    return found

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import ceil, floor
 
-from haverify.fitting.bounds import fastest, outside, ranges
-from haverify.fitting.curve import Curve, Residual
-from haverify.fitting.tables import text
+from haverify.fitting.bounds import fastest, ranges
+from haverify.fitting.curve import Curve, Residual, value
+from haverify.fitting.exact_ranges import outside, steepest
+from haverify.fitting.tables import Row, text
 from haverify.fitting.walk import Walk
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import JOINTS, told
 
 Q = Fraction
-Picked = Sequence[tuple[str, int, Q, dict[str, Q]]]
+Picked = Sequence[Row]
 
 LIMITS = {"h": ("hip", Q(-30), Q(120)), "k": ("knee", Q(-135), Q(10)), "a": ("ankle", Q(-50), Q(20))}
 """Normal ranges of motion of adults (American Academy of Orthopaedic Surgeons, Joint Motion, 1965); 10 deg of
@@ -31,7 +32,8 @@ def claims(walk: Walk, recorded: Picked, held: Picked) -> str:
     """All claims, as text."""
     parts = [_limits(), *_continuous(walk)]
     for curve, residual in zip(walk.curves, walk.residuals, strict=True):
-        parts.append(_near(curve, residual, "Recorded", "recorded", recorded, walk.is_tried))
+        if recorded:
+            parts.append(_near(curve, residual, "Recorded", "recorded", recorded, walk.is_tried))
         if held:
             parts.append(_near(curve, residual, "Held", "held_out", held, walk.is_tried))
     parts += [_ranges(walk, c, r) for c, r in zip(walk.curves, walk.residuals, strict=True)]
@@ -69,18 +71,19 @@ def _near(curve: Curve, residual: Residual, table: str, name: str, rows: Picked,
     """
     j = curve.joint
     room = TOLERANCE if is_tried and table == "Held" else Q(0)
-    low, high = Q(floor(residual.low * 1000), 1000) - room, Q(ceil(residual.high * 1000), 1000) + room
-    off = [(row[j] - curve.value(t if t < curve.knots.period else Q(0)), phase) for phase, _, t, row in rows]
+    off = [(row[j] - value(curve.rows[PHASES.index(phase)], u), phase) for phase, _, u, row in rows]
+    within = [d for d, _ in off] if table == "Recorded" else []  # local times were rounded: millionths of a degree
+    low = Q(floor(min([residual.low, *within]) * 1000), 1000) - room
+    high = Q(ceil(max([residual.high, *within]) * 1000), 1000) + room
     far = max(((d, phase) for d, phase in off if not low <= d <= high), key=lambda x: abs(x[0]), default=None)
-    value = f"{j.upper()}[p](({table}[p][i].x - Slot[p].begin) / Slot[p].length)"
-    bounds = f"{text(low)} deg <= {table}[p][i].{j} - {value} <= {text(high)} deg"
+    bounds = f"{table}[p][i].{j} - {j.upper()}[p]({table}[p][i].u) in [{text(low)} deg, {text(high)} deg]"
     because = f"{float(far[0]):.3f} deg in {far[1]}" if far else ""
     what = "Held-out" if table == "Held" else "Recorded"
     how = f"within {text(room)} deg of" if room else "as near as"
     return (
         f"/// {what} samples of the {told(j)} are {how} those it was fitted to: the proved residual.\n"
         f"property {name}_{j} {{\n"
-        f"  holds forall p in Phase: forall i in Pick: {bounds}\n"
+        f"  holds forall p in Phase: forall i in {table}Pick: {bounds}\n"
         f"{_expect(far is None or (table == 'Held' and is_tried), because)}}}\n"
     )
 
@@ -133,18 +136,12 @@ def _fast(walk: Walk) -> str:
     lines, gone = [], []
     for c in walk.curves:
         bound = fastest(walk.training if walk.is_tried else walk.held_out or walk.training, c)
-        speed = _steepest(c)
+        speed = steepest(c)
         lines.append(f"  always abs(der({c.joint})) <= {text(bound)} deg/s * speed\n")
-        if speed > float(bound):
-            gone.append(f"{c.joint} {speed:.0f} deg/s")
+        if speed > bound:
+            gone.append(f"{c.joint} {float(speed):.0f} deg/s")
     doc = "/// No joint is more than a quarter faster than the fastest recorded step of 15 ms, at any walking speed.\n"
     return f"{doc}property velocity on Walk {{\n{''.join(lines)}{_expect(not gone, '; '.join(gone))}}}\n"
-
-
-def _steepest(c: Curve) -> float:
-    import numpy as np
-
-    return float(np.max(np.abs(c.at(np.linspace(0, float(c.knots.period), 4001)[:-1], 1))))
 
 
 def _round(walk: Walk) -> str:

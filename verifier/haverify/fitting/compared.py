@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from haverify.fitting.bands import POINTS, normalised
+from haverify.fitting.percent import POINTS, normalised
 from haverify.recordings.cycles import Cycle
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import JOINTS, told

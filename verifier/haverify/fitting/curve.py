@@ -21,6 +21,14 @@ Q = Fraction
 _NO_ROUNDING = Q(0)
 
 
+def value(p: Poly, u: Q) -> Q:
+    """A polynomial at a point, exactly."""
+    total = Q(0)
+    for c in reversed(p):
+        total = total * u + c
+    return total
+
+
 @record
 class Curve:
     """The polynomials of a joint, one per phase, in local time u = (t - begin) / length; degrees."""
@@ -34,11 +42,7 @@ class Curve:
     def value(self, t: Q) -> Q:
         """The angle at an instant in [0, period], exactly."""
         k = self.knots.phase(t)
-        u = (t - self.knots.at[k]) / self.knots.lengths[k]
-        total = Q(0)
-        for c in reversed(self.rows[k]):
-            total = total * u + c
-        return total
+        return value(self.rows[k], (t - self.knots.at[k]) / self.knots.lengths[k])
 
     def jump(self, derivative: int = 0) -> Q:
         """The largest step of a derivative by time at a boundary of phases, the end of the cycle included, exactly."""
@@ -98,6 +102,20 @@ def residual(curve: Curve, cycles: Sequence[Cycle], rounding: Q = _NO_ROUNDING) 
     extreme = np.flatnonzero((off <= off.min() + 2 * error) | (off >= off.max() - 2 * error))
     exact = [_exactly(curve, cycles, near, int(k)) for k in extreme]
     return Residual(min(exact) - rounding, max(exact) + rounding, float(np.sqrt(np.mean(off**2))), len(t))
+
+
+def farthest(curve: Curve, cycles: Sequence[Cycle]) -> list[tuple[int, int]]:
+    """The samples (cycle, index) that lie farthest below and above a curve, up to rounding."""
+    import numpy as np
+
+    found = []
+    for n, c in enumerate(cycles):
+        at, y = c.near[curve.joint]
+        there = [i for i, v in enumerate(c.angles[curve.joint]) if v is not None]
+        off = np.array(y) - curve.at(np.array(at) * float(curve.knots.period))
+        if there:
+            found += [(float(off[k]), (n, there[int(k)])) for k in (off.argmin(), off.argmax())]
+    return [min(found)[1], max(found)[1]] if found else []
 
 
 def _exactly(curve: Curve, cycles: Sequence[Cycle], near: Sequence[tuple[Sequence[float], ...]], k: int) -> Q:

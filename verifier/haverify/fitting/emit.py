@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import textwrap
+from collections.abc import Sequence
 
 from haverify.fitting import tables
 from haverify.fitting.bands import coverage, csv
 from haverify.fitting.claims import claims
-from haverify.fitting.curve import Curve, Residual
+from haverify.fitting.curve import Curve, Residual, farthest
 from haverify.fitting.walk import Walk
+from haverify.recordings.cycles import Cycle
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import JOINTS, told
 from haverify.syntax import format as layout
@@ -23,15 +25,19 @@ def emit(walk: Walk, stem: str) -> dict[str, str]:
     """`<stem>.ha` and the tables in `<stem>/` beside it; the same walk gives the same bytes."""
     files = {f"{stem}/phases.csv": tables.phases(walk.knots)}
     files |= {f"{stem}/{c.joint}.csv": tables.polynomials(c) for c in walk.curves}
-    recorded = tables.picked(walk.training[0], walk.knots)
-    held = tables.picked(walk.held_out[0], walk.knots) if walk.held_out else []
-    files[f"{stem}/recorded.csv"] = tables.samples(recorded)
-    if held:
-        files[f"{stem}/held_out.csv"] = tables.samples(held)
+    recorded, held = (_picked(walk, cycles) for cycles in (walk.training, walk.held_out))
+    for name, rows in (("recorded", recorded), ("held_out", held)):
+        if rows:
+            files[f"{stem}/{name}.csv"] = tables.samples(rows)
     if walk.bands:
         files[f"{stem}/bands.csv"] = csv(walk.bands)
     parts = [_head(walk, stem), _tables(walk, stem, files), _automaton(walk), claims(walk, recorded, held)]
     return {f"{stem}.ha": _formatted("\n".join(parts))} | files
+
+
+def _picked(walk: Walk, cycles: Sequence[Cycle]) -> list[tables.Row]:
+    """The samples that a spec states: all, or of many those farthest from the curves and others."""
+    return tables.picked(cycles, walk.knots, {place for c in walk.curves for place in farthest(c, cycles)})
 
 
 def _formatted(text: str) -> str:
@@ -78,7 +84,6 @@ enum Phase {{ {", ".join(PHASES)} }}
 
 
 def _tables(walk: Walk, stem: str, files: dict[str, str]) -> str:
-    pick = tables.PICKS - 1
     parts = [
         f'''/// When the phases begin, counted from the heel strike, and how long they last.
 table Slot from "{stem}/phases.csv" {{
@@ -90,21 +95,33 @@ table Slot from "{stem}/phases.csv" {{
 '''
     ]
     parts += [_table(c, r, stem, files) for c, r in zip(walk.curves, walk.residuals, strict=True)]
-    parts.append(f"enum Pick = 0..{pick}\n")
-    shown = [("Recorded", "recorded", "Recorded samples"), ("Held", "held_out", "Samples of held-out cycles")]
-    for name, file, what in shown:
+    shown = [
+        ("Recorded", "recorded", "Recorded samples", walk.training),
+        ("Held", "held_out", "Samples of held-out cycles", walk.held_out),
+    ]
+    for name, file, what, cycles in shown:
         if f"{stem}/{file}.csv" in files:
-            columns = "\n".join(f"  column {j}: deg" for j in JOINTS)
-            parts.append(f'''/// {what}, {tables.PICKS} of each phase, at their instants of the cycle.
-table {name} from "{stem}/{file}.csv" {{
-  key phase: Phase
-  key pick: Pick
-  column x: s
-{columns}
-  sha256 "{_sha(files[f"{stem}/{file}.csv"])}"
-}}
-''')
+            parts.append(_samples(name, f"{stem}/{file}.csv", files[f"{stem}/{file}.csv"], what, cycles))
     return "".join(parts)
+
+
+def _samples(name: str, file: str, text: str, what: str, cycles: Sequence[Cycle]) -> str:
+    """The table of samples, and the numbers that are its second key."""
+    columns = "\n".join(f"  column {j}: deg" for j in JOINTS)
+    rows = [line.split(",") for line in text.splitlines()[1:]]
+    count, stated = sum(len(c.at) for c in cycles), len({(phase, *values) for phase, _, *values in rows})
+    some = "all" if stated >= count else f"{stated} of {count}, the ones farthest from the curves among them,"
+    return f'''enum {name}Pick = 0..{len(rows) // len(PHASES) - 1}
+
+/// {what}, {some} at their local times. A phase with fewer repeats its last one.
+table {name} from "{file}" {{
+  key phase: Phase
+  key pick: {name}Pick
+  column u: 1
+{columns}
+  sha256 "{_sha(text)}"
+}}
+'''
 
 
 def _table(c: Curve, r: Residual, stem: str, files: dict[str, str]) -> str:

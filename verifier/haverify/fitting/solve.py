@@ -10,6 +10,7 @@ from haverify.fitting.basis import design, polynomials
 from haverify.fitting.bounded import Interval, within
 from haverify.fitting.curve import Curve
 from haverify.fitting.knots import Knots
+from haverify.fitting.percent import POINTS, normalised
 from haverify.recordings.cycles import Cycle
 from haverify.text.record import record
 
@@ -20,19 +21,25 @@ if TYPE_CHECKING:
 
 Q = Fraction
 
-HIGHEST = 7
+HIGHEST = 9
+NEAR = 0.5
+"""Root mean square in degrees to which a curve shall meet the mean cycle, if some degree can."""
 _FOLDS = 5
 _NO_WORSE = 1.02  # a lower degree is taken whose error is at most so many times the least
 
 
 @record
 class Points:
-    """The samples of a joint in floating point: instants (n,), angles (n,), and the part (n,) that each is dealt to."""
+    """The samples of a joint in floating point: instants (n,), angles (n,), and the part (n,) that each is dealt to.
+
+    `mean` (100,) are the angles of the mean cycle at 0, 1, .. 99 %.
+    """
 
     t: Array
     y: Array
     part: Array
     parts: int
+    mean: Array
 
 
 @record
@@ -82,7 +89,8 @@ def points(cycles: Sequence[Cycle], joint: str, knots: Knots) -> Points:
         t += at
         y += angles
         part += [i % parts] * len(at)
-    return Points(np.array(t) * float(knots.period), np.array(y), np.array(part), parts)
+    mean = normalised(cycles, joint).mean(axis=0)[:-1]
+    return Points(np.array(t) * float(knots.period), np.array(y), np.array(part), parts, mean)
 
 
 def curve(p: Points, joint: str, knots: Knots, order: int, degree: int | None, bounds: Interval | None = None) -> Curve:
@@ -97,16 +105,28 @@ def chosen(p: Points, knots: Knots, order: int) -> int:
     """The degree that predicts cycles left out of the fit best; of about equally good ones the lowest.
 
     Of one or two cycles none can be left out: there the degree is the one of least Bayesian information, among those
-    with at least two samples for each unknown. Samples are never left out: neighbours would tell their value.
+    with at least two samples for each unknown. Samples are never left out: neighbours would tell their value. Where
+    cycles differ much, both are content with a curve that misses their mean: the next degree that meets it is taken.
     """
     degrees = _allowed(len(p.y), len(knots.lengths), order)
-    if len(degrees) < 2:
-        return degrees[0]
+    equations = [_equations(p, knots, order, d) for d in degrees]
     if p.parts < 3:
-        scores = [_information(_sum(_equations(p, knots, order, d))) for d in degrees]
-        return degrees[scores.index(min(scores))]
-    errors = [_predicted(_equations(p, knots, order, d)) for d in degrees]
-    return next(d for d, e in zip(degrees, errors, strict=True) if e <= _NO_WORSE**2 * min(errors))
+        scores = [_information(_sum(e)) for e in equations]
+        best = scores.index(min(scores))
+    else:
+        errors = [_predicted(e) for e in equations]
+        best = next(k for k, e in enumerate(errors) if e <= _NO_WORSE**2 * min(errors))
+    missed = [_missed(p, _sum(e), knots, order, d) for d, e in zip(degrees[best:], equations[best:], strict=True)]
+    enough = next((k for k, m in enumerate(missed) if m <= NEAR), missed.index(min(missed)))
+    return degrees[best + enough]
+
+
+def _missed(p: Points, e: Equations, knots: Knots, order: int, degree: int) -> float:
+    """The root mean square by which the curve of a degree misses the mean cycle."""
+    import numpy as np
+
+    t = np.linspace(0, float(knots.period), POINTS)[:-1]
+    return float(np.sqrt(np.mean((design(t, knots, order, degree) @ e.solution() - p.mean) ** 2)))
 
 
 def _allowed(count: int, phases: int, order: int) -> list[int]:

@@ -2,44 +2,70 @@
 
 from __future__ import annotations
 
-from haverify.fitting.bands import coverage, difference
+from haverify.fitting.bands import Coverage, coverage, in_turns
 from haverify.fitting.curve import Curve
+from haverify.fitting.difference import difference
+from haverify.fitting.percent import POINTS, normalised
 from haverify.fitting.walk import Walk
 from haverify.recordings.recording import told
 
 
 def table(walk: Walk) -> str:
-    """One line for each joint: degree, root mean square, the proved interval, steps; and the cycles below."""
-    lines = ["joint         degree    rms deg   samples from curve, deg    step   closure"]
+    """One line for each joint: degree, root mean squares, the interval of all samples, steps; and the cycles below.
+
+    The mean cycle is what one curve can meet; what samples lie off it is also how much cycles differ.
+    """
+    lines = [
+        "joint         degree   rms deg: mean cycle   samples   samples from curve, deg    step   closure",
+    ]
     for c, r in zip(walk.curves, walk.residuals, strict=True):
         between = f"{float(r.low):.3f} .. {float(r.high):.3f}"
         steps = f"{_deg(float(c.jump())):>6} {_deg(_closure(c)):>9}"
-        lines.append(f"{told(c.joint):<13} {c.degree:>6} {r.rms:>10.3f}   {between:<24} {steps}")
+        met = f"{missed(walk, c):>21.3f} {r.rms:>9.3f}"
+        lines.append(f"{told(c.joint):<13} {c.degree:>6} {met}   {between:<24} {steps}")
     if walk.held_out:
         lines.append("held out:")
         for c, r in zip(walk.curves, walk.held_residuals, strict=True):
-            lines.append(f"{told(c.joint):<13} {'':>6} {r.rms:>10.3f}   {float(r.low):.3f} .. {float(r.high):.3f}")
+            lines.append(f"{told(c.joint):<13} {'':>28} {r.rms:>9.3f}   {float(r.low):.3f} .. {float(r.high):.3f}")
     lines += _bands(walk)
     lines.append(_cycles(walk))
     return "\n".join(lines) + "\n"
 
 
+def missed(walk: Walk, curve: Curve) -> float:
+    """The root mean square of a curve from the mean of the cycles it was fitted to, percent by percent."""
+    import numpy as np
+
+    mean = normalised(walk.training, curve.joint).mean(axis=0)
+    t = np.linspace(0, float(walk.knots.period), POINTS)[:-1]
+    return float(np.sqrt(np.mean((curve.at(t) - mean[:-1]) ** 2)))
+
+
 def _bands(walk: Walk) -> list[str]:
-    """What bands hold: of held-out cycles, or of those they are made of where none are."""
+    """What bands hold of cycles that are held out, and of each cycle or recording that they are made without."""
     lines = []
-    cycles, of = (walk.held_out, "held-out") if walk.held_out else (walk.training, "the same")
     if walk.bands:
-        held = [coverage(b, cycles) for b in walk.bands]
-        what = "recordings" if walk.bands[0].count < len(walk.training) else "cycles"
-        samples, whole = (sum(x) / len(held) for x in ([c.samples for c in held], [c.cycles for c in held]))
-        lines.append(
-            f"band of 95 %: mean +- {walk.bands[0].k:.2f} standard deviations of {walk.bands[0].count} {what} holds "
-            f"{samples:.1%} of the samples and {whole:.1%} of the curves of {of} cycles"
-        )
+        b = walk.bands[0]
+        what = "recordings" if b.count < len(walk.training) else "cycles"
+        wide = [f"{w:.2f}" for w in sorted({round(b.whole, 2) for b in walk.bands if b.whole is not None})]
+        whole = f"; of whole curves {' .. '.join(dict.fromkeys((wide[0], wide[-1])))}" if wide else ""
+        lines.append(f"band of 95 % of samples: mean +- {b.k:.2f} standard deviations of {b.count} {what}{whole}")
+    if walk.bands and walk.held_out:
+        lines.append(f"  of held-out cycles it holds {_shares([coverage(b, walk.held_out) for b in walk.bands])}")
+    turns = [in_turns(walk.whole_sample, c.joint) for c in walk.curves]
+    if all(turns):
+        lines.append(f"  of what is left out in turns it holds {_shares([t for t in turns if t is not None])}")
     between = [difference(walk.training, c.joint, walk.knots) for c in walk.curves]
     mean = sum(d.samples for d in between) / len(between)
     lines.append(f"band between fits of degree 4 and 2: holds {mean:.1%} of the samples it is made of")
     return lines
+
+
+def _shares(held: list[Coverage]) -> str:
+    """Shares of samples and of whole curves, means over joints."""
+    whole = [c.curves for c in held if c.curves is not None]
+    curves = f", the wider one {sum(whole) / len(whole):.1%} of whole curves" if whole else ""
+    return f"{sum(c.samples for c in held) / len(held):.1%} of samples{curves}"
 
 
 def _deg(x: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 
 from haverify.fitting.curve import Curve
@@ -13,9 +13,12 @@ from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import JOINTS
 
 Q = Fraction
+Place = tuple[int, int]  # a cycle and a sample of it
 
-PICKS = 3
-"""Samples of each phase that a spec states; all samples count for the residual."""
+MOST = 32
+"""Samples of a phase that a spec states at most; all samples count for the residual."""
+
+_SHARES = 10**8
 
 
 def phases(knots: Knots) -> str:
@@ -30,29 +33,51 @@ def polynomials(curve: Curve) -> str:
     return _csv(labels, ([name, *map(text, row)] for name, row in zip(PHASES, curve.rows, strict=True)))
 
 
-def picked(c: Cycle, knots: Knots) -> list[tuple[str, int, Q, dict[str, Q]]]:
-    """Samples of a cycle that lie best in each phase, `PICKS` of them: phase, number, instant, angles.
+Row = tuple[str, int, Q, dict[str, Q]]
 
-    Only samples with all six angles count. An instant is rounded to a millionth of a second; nothing else is.
+
+def picked(cycles: Sequence[Cycle], knots: Knots, first: Collection[Place] = ()) -> list[Row]:
+    """The samples of some cycles with all six angles: phase, number, local time, angles; as many in each phase.
+
+    Of more than `MOST` in a phase the `first` ones (cycle, index) are taken and others as even as can be; of fewer than
+    in other phases the last one is repeated. Local time is rounded to a hundred-millionth; nothing else is.
     """
-    whole = [(share * knots.period, {j: c.angles[j][i] for j in JOINTS}) for i, share in enumerate(c.at)]
-    whole = [(t, row) for t, row in whole if all(v is not None for v in row.values())]
-    near = [float(t) for t, _ in whole]
-    found = []
-    for k, name in enumerate(PHASES):
-        begin, length = knots.at[k], knots.lengths[k]
-        for i in range(PICKS):
-            aim = float(begin + length * Q(2 * i + 1, 2 * PICKS))
-            t, row = whole[min(range(len(near)), key=lambda n: abs(near[n] - aim))]
-            inside = min(max(Q(round(t * 1_000_000), 1_000_000), begin), begin + length)
-            if abs(inside - t) <= Q(1, 1_000_000):
-                found.append((name, i, inside, {j: v for j, v in row.items() if v is not None}))
-    return found
+    phases: list[list[tuple[Place, Q, dict[str, Q]]]] = [[] for _ in PHASES]
+    for n, c in enumerate(cycles):
+        for i, share in enumerate(c.at):
+            row = {j: v for j in JOINTS if (v := c.angles[j][i]) is not None}
+            t = share * knots.period
+            k = knots.phase(t)
+            if len(row) == len(JOINTS):
+                u = Q(round((t - knots.at[k]) / knots.lengths[k] * _SHARES), _SHARES)
+                phases[k].append(((n, i), u, row))
+    if not all(phases):
+        return []
+    kept = [_thinned(rows, first) for rows in phases]
+    most = max(map(len, kept))
+    return [
+        (name, i, *rows[min(i, len(rows) - 1)][1:])
+        for name, rows in zip(PHASES, kept, strict=True)
+        for i in range(most)
+    ]
 
 
-def samples(rows: Sequence[tuple[str, int, Q, dict[str, Q]]]) -> str:
+def _thinned(
+    rows: list[tuple[Place, Q, dict[str, Q]]], first: Collection[Place]
+) -> list[tuple[Place, Q, dict[str, Q]]]:
+    """At most `MOST` rows, in order."""
+    if len(rows) > MOST:
+        chosen = [r for r in rows if r[0] in first][:MOST]
+        others = [r for r in rows if r[0] not in first]
+        room = MOST - len(chosen)
+        chosen += [others[(2 * k + 1) * len(others) // (2 * room)] for k in range(room)]
+        rows = chosen
+    return sorted(rows, key=lambda r: (r[1], r[0]))
+
+
+def samples(rows: Sequence[Row]) -> str:
     """Recorded samples by phase and number."""
-    labels = "phase,pick,x," + ",".join(JOINTS)
+    labels = "phase,pick,u," + ",".join(JOINTS)
     return _csv(labels, ([name, str(i), text(t), *(text(row[j]) for j in JOINTS)] for name, i, t, row in rows))
 
 

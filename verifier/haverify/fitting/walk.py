@@ -11,10 +11,12 @@ from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.fitting.bands import Band, band
 from haverify.fitting.bounded import Interval
 from haverify.fitting.curve import Curve, Residual, residual
+from haverify.fitting.kept_bounds import broken, contradictions
 from haverify.fitting.knots import Knots, knots
 from haverify.fitting.solve import curve, points
 from haverify.recordings.cycles import Cycle, cycles, timed, whole
 from haverify.recordings.events import Steps, steps
+from haverify.recordings.leaps import settled
 from haverify.recordings.phases import boundaries
 from haverify.recordings.recording import JOINTS, Forces, Recording
 from haverify.recordings.stride import Stride, is_still, stride
@@ -31,13 +33,15 @@ class Options:
 
     `leg`: whose heel strikes begin cycles (`l`, `r`; empty: the one with more cycles, else the right). `order`: of the
     derivatives without a step. `degree`: of all polynomials (None: chosen for each). `events`: how they are seen.
-    `bounds`: where hips (`h`), knees (`k`) or ankles (`a`) have to stay.
+    `outliers`: samples that leap are left out if they are `single`, all (`drop`), or none (`keep`). `bounds`: where
+    hips (`h`), knees (`k`) or ankles (`a`) have to stay.
     """
 
     leg: str = ""
     order: int = 1
     degree: int | None = None
     events: str = "zeni"
+    outliers: str = "single"
     bounds: Mapping[str, Interval] = field(default_factory=dict)
 
 
@@ -68,6 +72,11 @@ class Walk:
     def cycles(self) -> tuple[Cycle, ...]:
         return (*self.training, *self.held_out)
 
+    @property
+    def whole_sample(self) -> tuple[Cycle, ...]:
+        """The cycles of the population that is fitted: all, but for those of recordings that are only tried."""
+        return self.training if self.is_tried else self.cycles
+
 
 def walk(
     recordings: Sequence[Recording],
@@ -88,7 +97,13 @@ def walk(
     groups = [cycles(*one, options.leg) for one in there]
     n = len(recordings)
     training, held_out = split(groups) if not tried else (_joined(groups[:n]), _joined(groups[n:]))
+    against = contradictions(options.bounds, training)
+    if any(is_error(d) for d in against):
+        return None, [*found, *against]
     made, more = _fitted(tuple(recordings), there[:n], training, held_out, options)
+    more += [*against, *broken(options.bounds, made.curves)]
+    if any(is_error(d) for d in more):
+        return None, [*found, *more]
     return (replace(made, is_tried=True, rounding=_rounding(*recordings, *tried)) if tried else made), [*found, *more]
 
 
@@ -97,6 +112,8 @@ Seen = tuple[Recording, Stride, Steps]
 
 def _seen(r: Recording, forces: Sequence[Forces], options: Options, found: list[Diagnostic]) -> Seen | None:
     """A recording with its stride and its events; None where findings say why."""
+    r, more = settled(r, options.outliers)
+    found += more
     s, more = _stride(r)
     found += more
     if s is None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 
 from haverify.diagnostics.codes import is_error
 from haverify.diagnostics.diagnostic import Diagnostic, Severity
 from haverify.recordings.columns import Columns, numbers
-from haverify.recordings.labels import joints
+from haverify.recordings.labels import joint_of, joints
 from haverify.recordings.recording import JOINTS, Angles, Recording, told
 from haverify.text.record import record
 from haverify.text.span import Span
@@ -37,17 +37,18 @@ class Stated:
 
 
 def recording(
-    columns: Columns, time: int, stated: Stated, scale: Q = _SECONDS
+    columns: Columns, time: int, stated: Stated, scale: Q = _SECONDS, absent: Collection[str] = ()
 ) -> tuple[Recording | None, list[Diagnostic]]:
-    """The recording that columns hold; `scale` is the unit of its times in seconds."""
+    """The recording that columns hold; `scale` is the unit of its times in seconds, `absent` joints may be missing."""
     at = joints(columns.labels)
-    missing = [j for j in JOINTS if j not in at]
-    if missing:
-        return None, [_missing(columns, missing)]
+    missing = [j for j in JOINTS if j not in at and j not in absent]
+    if missing or not at:
+        return None, [_missing(columns, missing or list(JOINTS))]
     times, found = _times(columns, time, scale)
+    found += _twice(columns, at)
     values: dict[str, list[Q | None]] = {}
     for joint in JOINTS:
-        values[joint], more = numbers(columns, at[joint])
+        values[joint], more = numbers(columns, at[joint]) if joint in at else ([None] * len(columns.rows), [])
         found += more
     if any(is_error(d) for d in found):
         return None, found
@@ -63,11 +64,33 @@ def recording(
     found += more
     kept, more = _whole(columns, at, times, angles)
     found += more
+    if not kept:
+        return None, found
+    whole = {j: tuple(angles[j][i] for i in kept) for j in JOINTS}
     facts = (f"angles in {'degrees' if unit == 'deg' else 'radians'} ({stated.why or 'as its values show'})",)
     source = columns.source
     rounding = Q(0) if unit == "deg" else _MILLIONTH
-    made = Recording(source.path, source.sha256, *kept, rounding=rounding, facts=facts) if kept[0] else None
-    return made, found
+    return Recording(
+        source.path,
+        source.sha256,
+        tuple(times[i] for i in kept),
+        whole,
+        rounding=rounding,
+        facts=facts,
+        where=lambda joint, i: columns.span(kept[i], at[joint]),
+    ), found
+
+
+def _twice(columns: Columns, at: Mapping[str, int]) -> list[Diagnostic]:
+    """A warning for each joint that two columns hold."""
+    found = []
+    for i, label in enumerate(columns.labels):
+        joint = joint_of(label)
+        if joint is not None and at[joint] != i:
+            first = columns.labels[at[joint]]
+            message = f"{label} is a second column for the {told(joint)}; the first, {first}, is read"
+            found.append(Diagnostic("HA221", message, columns.spans[i]))
+    return found
 
 
 def _missing(columns: Columns, joints: list[str]) -> Diagnostic:
@@ -85,11 +108,19 @@ def _times(columns: Columns, time: int, scale: Q) -> tuple[list[Q], list[Diagnos
         if t is None:
             found.append(Diagnostic("HA210", "no time in this row", columns.span(i, time)))
         elif before is not None and t <= before:
-            message = f"time does not increase: {columns.rows[i][time]} s after {columns.rows[i - 1][time]} s"
-            found.append(Diagnostic("HA210", message, columns.span(i, time)))
+            found.append(_back(columns, i, time))
     if not found and len(values) >= _MANY:
         found += _steps(columns, time, [t * scale for t in values if t is not None])
     return [t * scale for t in values if t is not None], found[:5]
+
+
+def _back(columns: Columns, row: int, time: int) -> Diagnostic:
+    """What a time that does not increase is called: percent that begin again are several cycles."""
+    now, before, label = columns.rows[row][time], columns.rows[row - 1][time], columns.labels[time]
+    if "percent" in label.lower() or label == "%":
+        message = f"{label} begins again, {now} after {before}: several cycles in one table"
+        return Diagnostic("HA210", message, columns.span(row, time), help="write each cycle to a file of its own")
+    return Diagnostic("HA210", f"time does not increase: {now} after {before}", columns.span(row, time))
 
 
 def _steps(columns: Columns, time: int, times: list[Q]) -> list[Diagnostic]:
@@ -138,7 +169,7 @@ def _degrees(values: list[Q | None], unit: str) -> Angles:
 
 def _beyond_a_turn(columns: Columns, at: Mapping[str, int], angles: Mapping[str, Angles]) -> list[Diagnostic]:
     """An error at the first sample that no joint can reach."""
-    for j in JOINTS:
+    for j in at:
         for i, v in enumerate(angles[j]):
             if v is not None and abs(v) > _DEGREES:
                 message = f"the {told(j)} is at {float(v):.4g} deg, more than a turn"
@@ -163,22 +194,23 @@ def _knees(
             spans.append(columns.spans[at[joint]])
     if not spans:
         return turned, []
-    message = "flexion of the knee is positive here; it is turned: flexion negative, as in gait2354"
+    which = "the knee" if len(spans) == 2 else "one knee"
+    message = f"flexion of {which} is positive here; it is turned: flexion negative, as in gait2354"
     return turned, [Diagnostic("HA223", message, spans[0])]
 
 
 def _whole(
     columns: Columns, at: Mapping[str, int], times: list[Q], angles: Mapping[str, Angles]
-) -> tuple[tuple[tuple[Q, ...], dict[str, Angles]], list[Diagnostic]]:
+) -> tuple[list[int], list[Diagnostic]]:
     """The rows in which some joint is there; rows in which all six are exactly 0 are missing ones."""
     empty = [i for i in range(len(times)) if all(not angles[j][i] for j in JOINTS)]
-    gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in JOINTS}
+    gone = {j: sum(1 for i in range(len(times)) if angles[j][i] is None) for j in at}
     kept = [i for i in range(len(times)) if i not in set(empty)]
     found = []
     if empty:
-        zeros = "zeros" if angles["lh"][empty[0]] is not None else "gaps"
+        zeros = "zeros" if angles[next(iter(at))][empty[0]] is not None else "gaps"
         message = f"{len(empty)} rows hold {zeros} in all six joints: they are left out"
-        found.append(Diagnostic("HA222", message, columns.span(empty[0], at["lh"])))
+        found.append(Diagnostic("HA222", message, columns.span(empty[0], next(iter(at.values())))))
     elif any(gone.values()):
         worst = max(gone, key=lambda j: gone[j])
         first = next(i for i in range(len(times)) if angles[worst][i] is None)
@@ -186,5 +218,4 @@ def _whole(
         found.append(Diagnostic("HA222", message, columns.span(first, at[worst])))
     if not kept:
         found.append(Diagnostic("HA224", "no row holds angles", columns.spans[0]))
-    times_kept = tuple(times[i] for i in kept)
-    return (times_kept, {j: tuple(angles[j][i] for i in kept) for j in JOINTS}), found
+    return kept, found

@@ -15,6 +15,7 @@ Q = Fraction
 
 _EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "inf", "-inf"})
 _MOST = 50
+_LARGEST = 10**300
 
 
 @record
@@ -61,7 +62,7 @@ def columns_of(source: Source, start: int, separator: str | None) -> tuple[Colum
             rows.append(tuple(cells))
             starts.append(at)
         elif cells and len(found) < _MOST:
-            found.append(_ragged(Span(source.path, at, at + len(line)), len(rows) + 1, len(cells), len(labels)))
+            found.append(_ragged(Span(source.path, at, at + len(line)), len(rows) + 1, cells, len(labels), separator))
         at += len(line) + 1
     if not rows:
         place = Span(source.path, max(start - 1, 0), start)
@@ -72,7 +73,7 @@ def columns_of(source: Source, start: int, separator: str | None) -> tuple[Colum
 def _cells(line: str, separator: str | None) -> list[str]:
     if separator is None:
         return line.split()
-    cells = [c.strip() for c in line.split(separator)]
+    cells = [c.strip().strip('"') for c in line.split(separator)]
     return cells if any(cells) else []
 
 
@@ -81,8 +82,11 @@ def _label_spans(path: str, line: str, at: int, separator: str | None) -> tuple[
     return tuple(Span(path, at + m.start(), at + m.end()) for m in found)
 
 
-def _ragged(span: Span, row: int, cells: int, labels: int) -> Diagnostic:
-    return Diagnostic("HA210", f"row {row} has {cells} cells, the line of labels {labels}", span)
+def _ragged(span: Span, row: int, cells: list[str], labels: int, separator: str | None) -> Diagnostic:
+    has_commas = separator == "," and len(cells) >= 2 * labels - 1 and all(c.lstrip("+-").isdigit() for c in cells)
+    advice = "are these decimal commas? write decimal points"
+    message = f"row {row} has {len(cells)} cells, the line of labels {labels}"
+    return Diagnostic("HA210", message, span, help=advice if has_commas else None)
 
 
 def numbers(columns: Columns, column: int) -> tuple[list[Q | None], list[Diagnostic]]:
@@ -93,6 +97,13 @@ def numbers(columns: Columns, column: int) -> tuple[list[Q | None], list[Diagnos
         q = parse_decimal(row[column])
         if q is None and row[column].lower() not in _EMPTY:
             message = f"`{row[column]}` in column {columns.labels[column]} is no number"
-            found.append(Diagnostic("HA210", message, columns.span(i, column)))
+            has_comma = re.fullmatch(r"[+-]?\d+,\d+", row[column]) is not None
+            advice = f"write a decimal point: {row[column].replace(',', '.')}" if has_comma else None
+            found.append(Diagnostic("HA210", message, columns.span(i, column), help=advice))
+        if q is not None and abs(q) > _LARGEST:
+            found.append(
+                Diagnostic("HA210", f"`{row[column][:20]}` is no angle, time or force", columns.span(i, column))
+            )
+            q = None
         values.append(q)
     return values, found[:_MOST]

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.recordings.columns import Columns, columns_of, numbers
 from haverify.recordings.labels import joint_of
-from haverify.recordings.recording import JOINTS, Recording, told
+from haverify.recordings.leaps import settled
+from haverify.recordings.recording import JOINTS, Angles, Recording, told
 from haverify.text.record import record
 from haverify.text.source import Source
 from haverify.text.span import Span
@@ -93,12 +94,15 @@ def counted(source: Source, start: int, separator: str) -> tuple[Counted | None,
         found.append(Diagnostic("HA224", message, Span(source.path, start, start + 1)))
     if found:
         return None, found
-    angles = {j: _smooth(times, [how.angle(j, c, raw[j][0]) for c in raw[j]]) for j in JOINTS}
+    turned = {j: tuple(how.angle(j, c, raw[j][0]) for c in raw[j]) for j in JOINTS}
+    rough = Recording(source.path, source.sha256, tuple(times), turned, where=lambda j, i: columns.span(i, at[j]))
+    clean, found = settled(rough, "single")  # before smoothing, which would spread a leap
+    angles = {j: _smooth(times, clean.angles[j]) for j in JOINTS}
     force = next((i for i, x in enumerate(columns.labels) if x.lower().startswith("force")), None)
     newtons = tuple((v or Q(0)) * NEWTONS for v in numbers(columns, force)[0]) if force is not None else ()
     facts = (f"{how.counts} counts over {how.degrees} deg from the first row, smoothed by a cubic spline",)
     made = Recording(source.path, source.sha256, tuple(times), angles, rounding=Q(1, _MILLION), facts=facts)
-    return Counted(raw, made, newtons), []
+    return Counted(raw, made, newtons), found
 
 
 def _calibration(head: str) -> Calibration:
@@ -134,13 +138,14 @@ def _times(columns: Columns, how: Calibration) -> list[Q]:
     return [Q(k) / how.rate for k in range(len(columns.rows))] if how.rate else []
 
 
-def _smooth(times: Sequence[Q], angles: Sequence[Q]) -> tuple[Q, ...]:
-    """The cubic smoothing spline through the angles, as smooth as cross-validation finds best."""
+def _smooth(times: Sequence[Q], angles: Angles) -> Angles:
+    """The cubic smoothing spline through the angles that are there, as smooth as cross-validation finds best."""
     import numpy as np
     from scipy.interpolate import make_smoothing_spline
 
-    x, y = np.array([float(t) for t in times]), np.array([float(a) for a in angles])
-    if len(x) < 5:
-        return tuple(angles)
+    x, there = np.array([float(t) for t in times]), [k for k, a in enumerate(angles) if a is not None]
+    y = np.array([float(angles[k] or 0) for k in there])
+    if len(there) < 5:
+        return angles
     steps = (x - x[0]) / np.mean(np.diff(x))  # the search for the smoothness is at home in steps of about 1
-    return tuple(Q(round(float(v) * _MILLION), _MILLION) for v in make_smoothing_spline(steps, y)(steps))
+    return tuple(Q(round(float(v) * _MILLION), _MILLION) for v in make_smoothing_spline(steps[there], y)(steps))

@@ -7,6 +7,7 @@ the cycle one second long.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from fractions import Fraction
 
 from haverify.diagnostics.diagnostic import Diagnostic
@@ -14,6 +15,7 @@ from haverify.recordings.angles import Stated, recording
 from haverify.recordings.columns import Columns, columns_of
 from haverify.recordings.counts import counted, has_counts
 from haverify.recordings.labels import joint_of
+from haverify.recordings.phone import has_ends, phoned
 from haverify.recordings.recording import Recording
 from haverify.text.source import Source
 
@@ -22,13 +24,17 @@ _TIME = re.compile(r"^(time|t)([\[(_ ]+(s|ms|sec|seconds)[\])]?)?$", re.IGNORECA
 _SCALES = {"ms": Fraction(1, 1000), "percent": Fraction(1, 100)}
 
 
-def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[Diagnostic]]:
+def delimited(
+    source: Source, angles: str = "", absent: Collection[str] = ()
+) -> tuple[Recording | None, list[Diagnostic]]:
     """The recording in a file of separated values; `angles` is the unit the caller states for those without one."""
     start = _after_remarks(source.text)
     labels = source.text[start:].split("\n", 1)[0]
     if has_counts(labels):
         sensed, found = counted(source, start, _separator(labels))
         return sensed.recording if sensed else None, found
+    if has_ends(labels):
+        return phoned(source, start, _separator(labels))
     columns, found = columns_of(source, start, _separator(labels))
     if columns is None or any(d.code == "HA210" for d in found):
         return None, found
@@ -36,8 +42,10 @@ def delimited(source: Source, angles: str = "") -> tuple[Recording | None, list[
     if time is None:
         span = columns.spans[0].to(columns.spans[-1])
         return None, [*found, Diagnostic("HA224", "no column `time` (or `percent`)", span)]
+    if mixed := _mixed(columns):
+        return None, [*found, mixed]
     stated = _stated(columns, angles)
-    made, more = recording(columns, time, stated, scale)
+    made, more = recording(columns, time, stated, scale, absent)
     return made, [*found, *more]
 
 
@@ -61,6 +69,16 @@ def _time(columns: Columns) -> tuple[int | None, Fraction]:
         if label.lower() in ("percent", "cycle_percent", "%"):
             return i, _SCALES["percent"]
     return None, Fraction(1)
+
+
+def _mixed(columns: Columns) -> Diagnostic | None:
+    """An error where labels state degrees for one joint and radians for another."""
+    units = [(m[1].lower()[:3], i) for i, x in enumerate(columns.labels) if joint_of(x) and (m := _UNIT.search(x))]
+    other = next((i for unit, i in units if unit != units[0][0]), None)
+    if other is None:
+        return None
+    message = f"{columns.labels[units[0][1]]} and {columns.labels[other]} are in different units"
+    return Diagnostic("HA106", message, columns.spans[other], help="write all angles in one unit")
 
 
 def _stated(columns: Columns, angles: str) -> Stated:

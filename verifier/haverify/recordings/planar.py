@@ -28,7 +28,10 @@ _MILLION = 1_000_000
 
 @record
 class Markers:
-    """Points of both legs: `points["lknee"]` has shape (n, 3), metres, NaN where missing; `up` is the vertical axis."""
+    """Points of both legs: `points["lknee"]` has shape (n, 3), metres, NaN where missing; `up` is the vertical axis.
+
+    `lines` are the places of the frames, where they have any.
+    """
 
     path: str
     sha256: str
@@ -37,6 +40,7 @@ class Markers:
     up: int
     span: Span
     marked: Mapping[str, Events]
+    lines: tuple[Span, ...] = ()
 
 
 def angles_of(markers: Markers) -> tuple[Recording | None, list[Diagnostic]]:
@@ -79,6 +83,7 @@ def _recording(markers: Markers, plane: Mapping[str, Array], values: Mapping[str
         tracks=tracks,
         marked=markers.marked,
         facts=facts,
+        where=lambda _, i: markers.lines[kept[i]] if markers.lines else markers.span,
     )
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cached_property
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.text.record import field, record
+from haverify.text.span import Span
 
 Q = Fraction
 Angles = tuple[Q | None, ...]
@@ -56,13 +57,19 @@ class Forces:
     vertical: Mapping[str, tuple[Q, ...]]
 
 
+def nowhere(joint: str, sample: int) -> Span | None:
+    """The place of a sample that no text file holds."""
+    del joint, sample
+    return None
+
+
 @record
 class Recording:
     """A recording.
 
     `times` increase, in seconds; `angles[joint]` has one value or None (missing) for each, in degrees with the signs of
     `JOINTS`. `rounding` is how far a value may be from the recorded one (0 where the file is in degrees). `facts` are
-    sentences for the documentation of what is made of the recording.
+    sentences for the documentation of what is made of the recording. `where(joint, i)` is the place of a sample.
     """
 
     path: str
@@ -73,6 +80,7 @@ class Recording:
     tracks: Mapping[str, Track] = field(default_factory=dict)
     marked: Mapping[str, Events] = field(default_factory=dict)
     facts: tuple[str, ...] = ()
+    where: Callable[[str, int], Span | None] = nowhere
 
     @cached_property
     def clock(self) -> tuple[float, ...]:

@@ -27,7 +27,7 @@ def trc(source: Source) -> tuple[Recording | None, list[Diagnostic]]:
     top = Span(source.path, 0, sum(len(x) + 1 for x in lines[:4]))
     if unit not in _METRES or not names:
         return None, [Diagnostic("HA210", "no header of a .trc file with Units mm, cm or m", top)]
-    times, rows, found = _rows(source, lines, 3 * len(names))
+    times, rows, places, found = _rows(source, lines, 3 * len(names))
     if not rows or found:
         return None, found or [Diagnostic("HA210", "no rows of numbers", top)]
     cells = np.array(rows).reshape(len(rows), -1, 3) * _METRES[unit]
@@ -37,7 +37,7 @@ def trc(source: Source) -> tuple[Recording | None, list[Diagnostic]]:
         return None, [
             Diagnostic("HA224", f"no marker for {', '.join(missing)}", top, notes=(f"markers: {', '.join(names)}",))
         ]
-    made, more = angles_of(Markers(source.path, source.sha256, times, points, vertical(points), top, {}))
+    made, more = angles_of(Markers(source.path, source.sha256, times, points, vertical(points), top, {}, places))
     stated = head.get("NumFrames", "").strip()
     if stated.isdigit() and int(stated) != len(rows):
         more.insert(0, Diagnostic("HA221", f"the header says {stated} frames, but {len(rows)} follow", top))
@@ -55,9 +55,9 @@ def vertical(points: Mapping[str, object]) -> int:
 
 def _rows(
     source: Source, lines: list[str], width: int
-) -> tuple[tuple[Fraction, ...], list[list[float]], list[Diagnostic]]:
-    """Times and coordinates, NaN where a cell is empty."""
-    times, rows, found = list[Fraction](), list[list[float]](), list[Diagnostic]()
+) -> tuple[tuple[Fraction, ...], list[list[float]], tuple[Span, ...], list[Diagnostic]]:
+    """Times and coordinates, NaN where a cell is empty; and where the rows are."""
+    times, rows, places, found = list[Fraction](), list[list[float]](), list[Span](), list[Diagnostic]()
     at = sum(len(x) + 1 for x in lines[:5])
     for line in lines[5:]:
         cells = line.split("\t")
@@ -76,9 +76,10 @@ def _rows(
                     message = f"time does not increase: {cells[1].strip()} s"
                     found.append(Diagnostic("HA210", message, Span(source.path, at, at + len(line))))
                 times.append(t)
+                places.append(Span(source.path, at, at + len(line)))
                 rows.append(values + [float("nan")] * (width - len(values)))
         at += len(line) + 1
-    return _even(times), rows, found[:5]
+    return _even(times), rows, tuple(places), found[:5]
 
 
 def _even(times: list[Fraction]) -> tuple[Fraction, ...]:

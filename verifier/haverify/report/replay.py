@@ -91,29 +91,35 @@ class Replay:
 _MARK = {True: "ok", False: "!!", None: "  "}
 
 
+_GROUPS: tuple[tuple[Basis, str], ...] = (
+    ("checked", "claims about the gait, with certificates that hacheck confirms"),
+    ("enclosed", "enclosed over the whole cycle by interval arithmetic; no certificate"),
+    ("sampled", "sampled 1000 times a second: nothing is proved"),
+)
+
+
 def table(r: Replay) -> str:
     """The checks as lines for people, those that rest on most first."""
     head = (
         f"{r.robot}, {r.mass_kg:.4f} kg: {r.source} at {_short(float(_fraction(r.speed)))} of its pace, "
-        f"{r.cycle_s:.4g} s, {r.samples} instants\n\n"
+        f"{r.cycle_s:.4g} s, {r.samples} instants\n"
     )
     width = max((len(c.name) for c in r.checks), default=0)
-    rows = [_row(c, width) for c in r.checks]
-    notes = [f"  {note}" for note in r.notes]
-    return head + "\n".join([*rows, "", *notes]) + "\n"
+    lines = []
+    for basis, title in _GROUPS:
+        if found := [_row(c, width) for c in r.checks if c.basis == basis]:
+            lines += ["", title, *found]
+    return head + "\n".join([*lines, "", *(f"  {note}" for note in r.notes)]) + "\n"
 
 
 def _row(c: Check, width: int) -> str:
     mark = _MARK[c.met] if not c.advice else "  "
-    word = c.verdict if c.basis != "sampled" else "sampled"
-    if c.basis == "checked":
-        return f"  {mark} {word:<8} {c.name:<{width}}  {_margin(c):<22} {c.mode:<6} {c.what}".rstrip()
-    margin = _margin(c)
+    word = c.verdict if c.basis != "sampled" else ""
     value = f"{_short(c.value)} {c.unit}".rstrip() if c.value is not None else ""
     limit = f" of {_short(c.limit)}" if c.limit is not None else ""
-    when = f"t = {_short(c.time_s)} s, {c.mode}" if c.time_s is not None else c.mode
+    when = f"{c.time_s:.3f} s, {c.mode}" if c.time_s is not None else c.mode
     said = f"{c.what}: {value}{limit}" if value else c.what
-    return f"  {mark} {word:<8} {c.name:<{width}}  {margin:<22} {said:<46} {when}".rstrip()
+    return f"  {mark} {word:<8} {c.name:<{width}}  {_margin(c):<22} {when:<16} {said}".rstrip()
 
 
 def _margin(c: Check) -> str:

@@ -51,7 +51,7 @@ def _row(c: Check) -> list[Html]:
     if c.margin is None and c.value is not None:
         margin = f"(value {c.value:.4g} {c.unit})"
     when = f"{c.time_s:.4g} s, {c.mode}" if c.time_s is not None else c.mode
-    basis = {"checked": "claim, hacheck", "enclosed": "enclosure", "sampled": "samples"}[c.basis]
+    basis = {"checked": "claim, hacheck", "enclosed": "enclosure, no certificate", "sampled": "samples"}[c.basis]
     name = joined([element("b", c.name), Html("<br>"), element("span", clipped(c.what, 160), kind="soft small")])
     where = when or "whole cycle"
     return [cell(name), cell(basis), cell(joined([badge, " ", alert])), cell(margin, kind="n"), cell(where, kind="n")]

@@ -11,6 +11,7 @@ from haverify.text.span import Span
 
 Q = Fraction
 Vector = tuple[Q, Q, Q]
+NEAR = 2  # bodies with at most so many joints between them touch as they are made
 
 
 @record
@@ -42,14 +43,27 @@ class Joint:
 
 
 @record
+class Shape:
+    """What a link may collide with: a box with half its `size`, or a ball with its radius thrice, about `centre`."""
+
+    is_ball: bool
+    size: Vector
+    centre: Vector
+
+
+@record
 class Link:
-    """A rigid body: its mass, centre and inertia about the centre (xx, yy, zz, xy, xz, yz), all in its own axes."""
+    """A rigid body: its mass, centre and inertia about the centre (xx, yy, zz, xy, xz, yz), all in its own axes.
+
+    `shapes` is None where the file has one that is not read.
+    """
 
     name: str
     mass: Q
     com: Vector
     inertia: tuple[Q, Q, Q, Q, Q, Q]
     span: Span | None = None
+    shapes: tuple[Shape, ...] | None = ()
 
 
 @record

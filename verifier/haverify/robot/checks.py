@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from haverify.robot.body import Description
+from haverify.robot.mapping import Servo
 from haverify.robot.mechanics import GRAVITY, Motion
 from haverify.robot.trajectory import Trajectory
 from haverify.text.record import record
@@ -16,6 +17,14 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _MM = 1000.0
+
+
+@record
+class Followed:
+    """The angles (n, m) in rad that the joints take under the motors' law."""
+
+    q: Floats
+    servo: Servo
 
 
 @record
@@ -31,13 +40,14 @@ class Sampled:
     time: float
     mode: str
     note: str = ""
+    advice: bool = False  # the limit is a placeholder
 
 
-def checked(d: Description, t: Trajectory, m: Motion) -> list[Sampled]:
+def checked(d: Description, t: Trajectory, m: Motion, followed: Followed) -> list[Sampled]:
     """Every check, in the order of the table."""
     found = [_positions(d, t), _speeds(d, t), _torques(d, t, m), _power(t, m), *_continuity(t)]
     found += [_upright(t, m), *_feet(t, m), *_ground(d, t, m), _bodies(t, m), _capture(d, t, m), _momentum(t, m)]
-    return found + _impact(t, m)
+    return [*found, *_impact(t, m), _tracking(d, t, followed)]
 
 
 def margins(d: Description, t: Trajectory, m: Motion) -> dict[str, dict[str, float]]:
@@ -96,7 +106,9 @@ def _speeds(d: Description, t: Trajectory) -> Sampled:
     k, j = _worst(margin)
     note = d.advice_because if d.advice else ""
     value = float(abs(t.v[k, j]))
-    return Sampled("joint speed", t.joints[j], value, float(most[j]), float(margin[k, j]), "rad/s", *_at(t, k), note)
+    return Sampled(
+        "joint speed", t.joints[j], value, float(most[j]), float(margin[k, j]), "rad/s", *_at(t, k), note, d.advice
+    )
 
 
 def _torques(d: Description, t: Trajectory, m: Motion) -> Sampled:
@@ -107,7 +119,9 @@ def _torques(d: Description, t: Trajectory, m: Motion) -> Sampled:
     k, j = _worst(margin)
     note = d.advice_because if d.advice else ""
     value = float(abs(m.torque[k, j]))
-    return Sampled("joint torque", t.joints[j], value, float(most[j]), float(margin[k, j]), "N m", *_at(t, k), note)
+    return Sampled(
+        "joint torque", t.joints[j], value, float(most[j]), float(margin[k, j]), "N m", *_at(t, k), note, d.advice
+    )
 
 
 def _power(t: Trajectory, m: Motion) -> Sampled:
@@ -289,3 +303,14 @@ def _impact(t: Trajectory, m: Motion) -> list[Sampled]:
         return []
     speed, k = max(every)
     return [Sampled("impact at touchdown", "speed of the ankle", speed, None, None, "m/s", *_at(t, k))]
+
+
+def _tracking(d: Description, t: Trajectory, f: Followed) -> Sampled:
+    """How far a joint is from the angle that it is asked for."""
+    import numpy as np
+
+    error, most = np.degrees(np.abs(f.q - t.q)), float(f.servo.tolerance)
+    k, j = _worst(-error)
+    value = float(error[k, j])
+    law = f"kp {float(f.servo.kp):g} N m/rad, kd {float(f.servo.kd):g} N m s/rad, no more than the joint's torque"
+    return Sampled("tracking error", t.joints[j], value, most, most - value, "deg", *_at(t, k), law, d.advice)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import islice
+from types import MappingProxyType
 
 from haverify.analyses.clock_model import ClockModel, clock_model
 from haverify.analyses.motion import NOW, Motion, State
+from haverify.maths.bernstein import Box, bounds
+from haverify.maths.polynomial import Polynomial
+from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
 from haverify.obligations.formula import Formula, literals
@@ -19,29 +24,47 @@ _MOST = 200  # modes of a cycle
 
 @record
 class Piece:
-    """A stay in a mode: `start` and `length` in s, outputs as coefficients of powers of the time since then."""
+    """A stay in a mode: `start` and `length` in s, outputs as coefficients of powers of the time since then.
+
+    `shapes` are the coefficients as polynomials of the params that outputs read.
+    """
 
     mode: str
     start: Q
     length: Q
     outputs: Mapping[str, tuple[Q, ...]]
     edge: str  # the one that ends it
+    shapes: Mapping[str, tuple[Polynomial, ...]] = MappingProxyType({})
+
+    def over(self, name: str, box: Box) -> list[tuple[Q, Q]]:
+        """The ranges of an output's coefficients over values of params; at those followed, where the box is empty."""
+        if not box:
+            return [(c, c) for c in self.outputs[name]]
+        return [bounds(p, box) for p in self.shapes[name]]
 
 
 @record
 class Cycle:
     """The modes until the first comes again. `params` are the values followed.
 
-    `closes` tells whether the state does so too; `pace_only` that params change how fast the cycle is run through and
-    nothing else, so that what is true of every posture is true for all their values; then `fastest` is the greatest
-    pace over all values as a multiple of the one followed.
+    `closes` tells whether the state does so too; `steady` that the modes' order and their clocks are the same for all
+    values of the params. Then those that outputs read run through `box`, the others make the pace: between `slowest`
+    and `fastest` times the one followed. Where it is not steady, `box` is empty and both are 1.
     """
 
     pieces: tuple[Piece, ...]
     params: Mapping[str, Q]
     closes: bool
-    pace_only: bool
+    steady: bool
+    slowest: Q
     fastest: Q
+    box: Box
+    pacer: str | None  # the param that the pace is a multiple of
+
+    @property
+    def pace_only(self) -> bool:
+        """Whether params change how fast the cycle is run through and nothing else."""
+        return self.steady and not self.box
 
     @property
     def length(self) -> Q:
@@ -58,9 +81,10 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
     """
     model = clock_model(spec, automaton)
     motion = Motion(model, _defaults(model, spec))
-    first = next(motion.starts(), None)
-    if first is None:
-        raise OutsideFragmentError("no state to start from is seen")
+    starts = [*islice(motion.starts(), 2)]
+    if len(starts) != 1:
+        raise OutsideFragmentError("it starts in more than one state" if starts else "no state to start from is seen")
+    (first,) = starts
     pieces: list[Piece] = []
     state = first
     while len(pieces) < _MOST:
@@ -68,9 +92,12 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
         pieces.append(piece)
         if state.mode == first.mode:
             closes = dict(state.values) == dict(first.values)
-            pace_only = _pace_only(model, outputs)
-            fastest = model.rho_range[1] / model.rho.value(motion.params) if pace_only and model.rho else Q(1)
-            return Cycle(tuple(pieces), motion.params, closes, pace_only, fastest)
+            box = _box(model, outputs)
+            paces = (Q(1), Q(1))
+            if box is not None and model.rho is not None:
+                now = model.rho.value(motion.params)
+                paces = (model.rho_range[0] / now, model.rho_range[1] / now)
+            return Cycle(tuple(pieces), motion.params, closes, box is not None, *paces, box or {}, _pacer(model))
     raise OutsideFragmentError(f"no mode comes again within {_MOST}")
 
 
@@ -92,35 +119,49 @@ def _piece(motion: Motion, state: State, outputs: list[str]) -> tuple[Piece, Sta
     after = motion.at(state, dwell)
     followed = motion.replaced(state)
     scope = model.scope(state.mode)
-    moved = {}
+    moved, shapes = {}, {}
     for name in outputs:
         cases = scope.let(name)
         case = cases[0]
         divisor = case.denominator.constant
         if len(cases) > 1 or case.condition is not True or divisor is None:
             raise OutsideFragmentError(f"`{name}` in mode {mode.name} is no polynomial")
-        p = case.numerator.scaled(1 / divisor).fix(motion.params).substitute(followed)
+        shape = case.numerator.scaled(1 / divisor).substitute(followed)
+        shapes[name] = tuple(shape.coefficients(NOW))
+        p = shape.fix(motion.params)
         moved[name] = tuple(p.univariate()) if p.variables else (p.constant or Q(0),)
         if set(p.variables) - {NOW}:
             raise OutsideFragmentError(f"`{name}` in mode {mode.name} reads `{p.variables[0]}`")
     for k in model.leaving[state.mode]:
-        if motion.due(state, k, dwell) is not None:
+        due = motion.due(state, k, dwell)
+        if due is not None and due < dwell:
+            raise OutsideFragmentError(f"mode {mode.name} may be left at any of several instants")
+        if due is not None:
             for following, _ in motion.outcomes(after, model.edge(k)):
-                return Piece(mode.name, state.time, dwell, moved, model.edge(k).name), following
+                return Piece(mode.name, state.time, dwell, moved, model.edge(k).name, shapes), following
     raise OutsideFragmentError(f"no edge is taken from mode {mode.name}")
 
 
-def _pace_only(model: ClockModel, outputs: list[str]) -> bool:
-    """Whether params are read by rates alone."""
+def _box(model: ClockModel, outputs: list[str]) -> Box | None:
+    """The ranges of the params that outputs read; None where a param changes more than the pace and the outputs."""
     names = set(model.params)
     formulas: list[Formula] = [model.mode(i).domain for i in range(len(model.automaton.modes))]
     formulas += [model.edge(k).guard for k in range(len(model.automaton.edges))]
     read = {v for f in formulas for member in literals(f) for v in member.polynomial.variables}
-    for i in range(len(model.automaton.modes)):
-        for name in outputs:
-            for case in model.scope(i).let(name):
-                read |= set(case.numerator.variables)
     for k in range(len(model.automaton.edges)):
         for r in model.edge(k).resets.values():
             read |= {*r.low.variables, *r.high.variables}
-    return not read & names and model.rho is not None
+    for init in model.automaton.init:
+        said = [init.where, *(a.to for a in init.assigns if isinstance(a.to, Expr))]
+        read |= {node.name for e in said for node in nodes(e) if node.op == "param"}
+    lets = [case for i in range(len(model.automaton.modes)) for name in outputs for case in model.scope(i).let(name)]
+    shaping = {v for case in lets for v in case.numerator.variables} & names
+    if model.rho is None or read & names or shaping & set(model.rho.variables):
+        return None
+    return {name: model.params[name] for name in sorted(shaping)}
+
+
+def _pacer(model: ClockModel) -> str | None:
+    if model.rho is None or len(model.rho.terms) != 1 or model.rho.total_degree() != 1:
+        return None
+    return model.rho.variables[0]

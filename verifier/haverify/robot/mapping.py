@@ -17,13 +17,29 @@ from haverify.text.span import Span
 
 Q = Fraction
 SIDES = ("left", "right")
+CURVE = "curve"
 _KEYS = {
-    "": ("automaton", "time", "joint", "posture", "stance", "sway", "limits", "expect", "recording"),
+    "": (
+        "automaton",
+        "time",
+        "joint",
+        "posture",
+        "stance",
+        "sway",
+        "limits",
+        "tracking",
+        "missing",
+        "expect",
+        "recording",
+    ),
     "time": ("speed",),
     "joint": ("joint", "output", "unit", "sign", "amplitude", "offset"),
     "sway": ("roll", "left_ankle", "right_ankle", "left_hip", "right_hip"),
     "limits": ("acceleration", "penetration"),
+    "tracking": ("kp", "kd", "tolerance"),
 }
+
+_LAW = {"kp": Q(400), "kd": Q(4), "tolerance": Q(2)}  # where [tracking] says nothing: a stiff geared motor
 
 
 @record
@@ -48,6 +64,15 @@ class Sway:
 
 
 @record
+class Servo:
+    """The motors' law: `kp` (N m/rad), `kd` (N m s/rad), and how far a joint may be from what is asked (deg)."""
+
+    kp: Q
+    kd: Q
+    tolerance: Q
+
+
+@record
 class Map:
     """A map: the automaton it is made for, drives, still joints (deg), the stance side of each mode, sway, speed."""
 
@@ -59,6 +84,8 @@ class Map:
     speed: Q
     acceleration: Q | None  # rad/s^2
     recording: str | None  # path of the recording that the gait was made from, seen from the map's folder
+    servo: Servo
+    missing: Mapping[str, Q | None]  # deg, for an output that a recording lacks; None: a curve through what is there
     penetration: Q  # m, how far the swing sole may be below the ground
     expected: Mapping[str, str]  # checks that are known to be refuted, with the reason
     source: Source
@@ -85,6 +112,8 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     if recording is not None and not isinstance(recording, str):
         e.wrong("HA210", "`recording` is to name a file", "", "recording")
     penetration = _positive(e, "limits", "penetration", None) or Q(0)
+    law = [_positive(e, "tracking", key, value) or value for key, value in _LAW.items()]
+    missing = _missing(e, drives)
     stance = _stance(e)
     expected = _expected(e)
     automaton = e.values.get("automaton")
@@ -93,7 +122,19 @@ def read_map(source: Source, robot: Robot) -> tuple[Map | None, list[Diagnostic]
     if e.found or speed is None:
         return None, e.found
     return Map(
-        str(automaton), drives, posture, stance, sway, speed, acceleration, recording, penetration, expected, source
+        str(automaton),
+        drives,
+        posture,
+        stance,
+        sway,
+        speed,
+        acceleration,
+        recording,
+        Servo(*law),
+        missing,
+        penetration,
+        expected,
+        source,
     ), []
 
 
@@ -123,7 +164,7 @@ def _require_known_keys(e: Entries) -> None:
     for key in e.values:
         if key not in _KEYS[""]:
             e.wrong("HA002", f"no entry `{key}` in a map{_close(key, _KEYS[''])}", "", key)
-    for table in ("time", "posture", "stance", "sway", "limits", "expect"):
+    for table in ("time", "posture", "stance", "sway", "limits", "tracking", "missing", "expect"):
         inner = e.values.get(table, {})
         if not isinstance(inner, dict):
             e.wrong("HA210", f"`{table}` is to be a table", "", table)
@@ -244,6 +285,21 @@ def _sway(e: Entries, robot: Robot, drives: tuple[Drive, ...], posture: Mapping[
             _require_within(e, robot, name, posture.get(name, Q(0)) + lean, ("sway", "roll"))
     ankles, hips = ({side: str(table[f"{side}_{part}"]) for side in SIDES} for part in ("ankle", "hip"))
     return Sway(Q(table["roll"]), ankles, hips)
+
+
+def _missing(e: Entries, drives: tuple[Drive, ...]) -> dict[str, Q | None]:
+    found: dict[str, Q | None] = {}
+    known = {name for d in drives for name in d.outputs}
+    for name, value in e.values.get("missing", {}).items():
+        if name not in known:
+            e.wrong("HA002", f"`{name}` drives no joint{_close(name, known)}", "missing", name)
+        elif is_number(value) or value == CURVE:
+            found[name] = None if value == CURVE else Q(value)
+        else:
+            e.wrong(
+                "HA210", f'`{name}` is to be an angle in deg, or "{CURVE}" for one through its samples', "missing", name
+            )
+    return found
 
 
 def _expected(e: Entries) -> dict[str, str]:

@@ -7,10 +7,12 @@ what is computed here is sampled, and proves nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from haverify.errors import UsageError
-from haverify.robot.body import Description
+from haverify.robot.body import NEAR, Description
 from haverify.robot.trajectory import Trajectory
 from haverify.text.record import holder, record
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+Solver = Callable[..., Any]  # of a positive definite matrix and a right side: LAPACK's dposv
 GRAVITY = 9.81  # m/s^2, as Pinocchio has it; kept equal to the enclosures' by a test
 
 
@@ -46,6 +49,14 @@ class Motion:
     slip: Floats
 
 
+@record
+class Placing:
+    """Positions in the engine's vectors of angles and of speeds."""
+
+    q: list[int]
+    v: list[int]
+
+
 @holder
 class Engine:
     """Pinocchio's model of a robot, with the indices that are needed."""
@@ -56,6 +67,12 @@ class Engine:
     geometry: Any
     geometry_data: Any
     feet: dict[str, int]
+    solve: Solver
+
+    def placed(self, joints: Sequence[str]) -> Placing:
+        """Where the engine keeps the angles and the speeds of joints."""
+        found = [self.model.joints[self.model.getJointId(name)] for name in joints]
+        return Placing([j.idx_q for j in found], [j.idx_v for j in found])
 
 
 def engine(d: Description) -> Engine:
@@ -67,6 +84,7 @@ def engine(d: Description) -> Engine:
     """
     try:
         import pinocchio as pin
+        from scipy.linalg.lapack import dposv
     except ImportError:
         raise UsageError(
             "replay needs Pinocchio, which is not installed: pip install 'haverify[robot]', or pip install pin"
@@ -76,13 +94,12 @@ def engine(d: Description) -> Engine:
         shapes = pin.buildGeomFromUrdf(model, d.urdf, pin.GeometryType.COLLISION)
     except (ValueError, RuntimeError) as e:
         raise UsageError(f"Pinocchio cannot read {d.urdf}: {' '.join(str(e).split())[:300]}") from None
-    shapes.addAllCollisionPairs()
-    for pair in list(shapes.collisionPairs):
-        a, b = (shapes.geometryObjects[i].parentJoint for i in (pair.first, pair.second))
-        if _apart(model, a, b) <= 2:
-            shapes.removeCollisionPair(pair)
+    bodies = [shape.parentJoint for shape in shapes.geometryObjects]
+    for i, k in combinations(range(len(bodies)), 2):
+        if _apart(model, bodies[i], bodies[k]) > NEAR:
+            shapes.addCollisionPair(pin.CollisionPair(i, k))
     feet = {side: model.frames[model.getFrameId(link)].parentJoint for side, link in d.feet.items()}
-    return Engine(pin, model, model.createData(), shapes, pin.GeometryData(shapes), feet)
+    return Engine(pin, model, model.createData(), shapes, pin.GeometryData(shapes), feet, dposv)
 
 
 def _apart(model: Any, a: int, b: int) -> int:
@@ -107,7 +124,7 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
 
     pin, model, data = e.pin, e.model, e.data
     ids = [model.getJointId(name) for name in t.joints]
-    at_v, n = [model.joints[i].idx_v for i in ids], len(t.times)
+    at_v, n = e.placed(t.joints).v, len(t.times)
     q, v, a = _states(e, t)
     ground = pin.SE3(np.eye(3), np.array([0.0, 0.0, -float(d.sole.z)]))
     names = [g.name.rsplit("_", 1)[0] for g in e.geometry.geometryObjects]
@@ -121,7 +138,7 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     for k in range(n):
         foot = e.feet[t.stance[k]]
         swing = e.feet["right" if t.stance[k] == "left" else "left"]
-        _stand(e, foot, ground, q[k], v[k], a[k])
+        stand(e, foot, ground, q[k], v[k], a[k])
         tau = pin.rnea(model, data, q[k], v[k], a[k])
         pin.computeCentroidalMomentumTimeVariation(model, data, q[k], v[k], a[k])
         wrench[k] = data.oMi[1].act(pin.Force(tau[:6])).vector
@@ -145,15 +162,14 @@ def _states(e: Engine, t: Trajectory) -> tuple[Floats, Floats, Floats]:
     """Positions, speeds and accelerations as the engine orders them; the base is not placed yet."""
     import numpy as np
 
-    joints = [e.model.joints[e.model.getJointId(name)] for name in t.joints]
+    at = e.placed(t.joints)
     q = np.tile(e.pin.neutral(e.model), (len(t.times), 1))
     v, a = np.zeros((2, len(t.times), e.model.nv))
-    q[:, [j.idx_q for j in joints]] = t.q
-    v[:, [j.idx_v for j in joints]], a[:, [j.idx_v for j in joints]] = t.v, t.a
+    q[:, at.q], v[:, at.v], a[:, at.v] = t.q, t.v, t.a
     return q, v, a
 
 
-def _stand(e: Engine, foot: int, ground: Any, q: Floats, v: Floats, a: Floats) -> None:
+def stand(e: Engine, foot: int, ground: Any, q: Floats, v: Floats, a: Floats) -> None:
     """Place and move the base, in `q`, `v` and `a`, so that a foot rests on the ground.
 
     With the base at rest the foot would move by (v_f, a_f) in its own axes; the base has to move the other way, which
@@ -178,7 +194,7 @@ def heights(e: Engine, t: Trajectory) -> dict[str, Floats]:
     import numpy as np
 
     pin, model, data = e.pin, e.model, e.data
-    at_q = [model.joints[model.getJointId(n)].idx_q for n in t.joints]
+    at_q = e.placed(t.joints).q
     found = {side: np.zeros(len(t.times)) for side in e.feet}
     q = pin.neutral(model)
     for k in range(len(t.times)):

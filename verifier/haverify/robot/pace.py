@@ -12,12 +12,11 @@ from math import isqrt
 
 from haverify.analyses.clock_model import PI
 from haverify.analyses.poly_range import Ranges
-from haverify.maths.polynomial import Polynomial, constant, total, variable
 from haverify.robot.body import Robot
 from haverify.robot.claims import Pace
 from haverify.robot.cycle import Cycle
 from haverify.robot.mapping import Drive, Map
-from haverify.robot.trajectory import summed
+from haverify.robot.slack import extremes
 
 Q = Fraction
 STEP = Q(1, 10_000)
@@ -27,15 +26,15 @@ def greatest_pace(cycle: Cycle, m: Map, robot: Robot) -> Pace | None:
     """The pace to try to prove, and the one to refute; None where nothing moves or params change more than the pace."""
     if not cycle.pace_only:
         return None
-    found = []
+    found, seen = [], Ranges()
     for d in m.drives:
         limits = robot.hinges[d.joint].limits
         assert limits is not None, "what is driven is a hinge"
         scale = abs(d.factor) * (PI[1] / 180 if d.unit == "deg" else 1)  # to rad; above, so that the pace is below
-        speed = scale * _greatest(cycle, d, 1) * cycle.fastest
+        speed = scale * _greatest(cycle, d, 1, seen) * cycle.fastest
         if speed:
             found.append(limits.velocity / speed)
-        if m.acceleration is not None and (most := scale * _greatest(cycle, d, 2) * cycle.fastest**2):
+        if m.acceleration is not None and (most := scale * _greatest(cycle, d, 2, seen) * cycle.fastest**2):
             found.append(_root(m.acceleration / most))
     if not found:
         return None
@@ -49,17 +48,6 @@ def _root(q: Q) -> Q:
     return Q(isqrt(q.numerator * scale**2 // q.denominator), scale)
 
 
-def _greatest(cycle: Cycle, d: Drive, order: int) -> Q:
+def _greatest(cycle: Cycle, d: Drive, order: int, seen: Ranges) -> Q:
     """The greatest magnitude of a derivative of what drives a joint, at the pace followed."""
-    ranges, most = Ranges(), Q(0)
-    for piece in cycle.pieces:
-        p: Polynomial = total(constant(c) * variable("t") ** k for k, c in enumerate(summed(piece, d.outputs)))
-        for _ in range(order):
-            p = p.derivative("t")
-        value = p.constant
-        if value is not None:
-            most = max(most, abs(value))
-        else:
-            low, high = ranges.extremes(p, {"t": (Q(0), piece.length)})
-            most = max(most, -low.low, high.high)
-    return most
+    return max(abs(end) for _, _, ends, _ in extremes(cycle, d, order, seen) for end in ends)

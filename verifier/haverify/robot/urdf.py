@@ -11,7 +11,7 @@ from xml.parsers import expat
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.maths.exact import parse_decimal
-from haverify.robot.body import Joint, Limits, Link, Robot, Vector, inertia_trouble
+from haverify.robot.body import Joint, Limits, Link, Robot, Shape, Vector, inertia_trouble
 from haverify.text.record import field, holder
 from haverify.text.source import Source
 from haverify.text.span import Span
@@ -121,12 +121,29 @@ def _named(root: Element, tag: str) -> dict[str, Element]:
 def _link(name: str, e: Element) -> Link:
     inertial = e.child("inertial")
     if inertial is None:
-        return Link(name, Q(0), (Q(0), Q(0), Q(0)), (Q(0),) * 6, e.span)
+        return Link(name, Q(0), (Q(0), Q(0), Q(0)), (Q(0),) * 6, e.span, _shapes(e))
     mass, inertia = inertial.child("mass"), inertial.child("inertia")
     if mass is None or inertia is None:
         raise _Wrong("HA210", f"link {name} has no <{'mass' if mass is None else 'inertia'}>", inertial.span)
     xx, yy, zz, xy, xz, yz = (_number(inertia, k) for k in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    return Link(name, _number(mass, "value"), _origin(inertial), (xx, yy, zz, xy, xz, yz), e.span)
+    return Link(name, _number(mass, "value"), _origin(inertial), (xx, yy, zz, xy, xz, yz), e.span, _shapes(e))
+
+
+def _shapes(e: Element) -> tuple[Shape, ...] | None:
+    """Boxes and balls in the link's own axes; None where there is another one. What Pinocchio cannot read it says."""
+    found = []
+    for part in e.all("collision"):
+        shape = part.child("geometry")
+        box, ball = (shape.child(kind) if shape else None for kind in ("box", "sphere"))
+        origin = part.child("origin")
+        if (box or ball) is None or (origin and any(_vector(origin, "rpy") if "rpy" in origin.values else ())):
+            return None
+        if box:
+            x, y, z = (size / 2 for size in _vector(box, "size"))
+            found.append(Shape(False, (x, y, z), _origin(part)))
+        elif ball:
+            found.append(Shape(True, (_number(ball, "radius"),) * 3, _origin(part)))
+    return tuple(found)
 
 
 def _joint(name: str, e: Element, links: dict[str, Link]) -> Joint:

@@ -23,11 +23,12 @@ from haverify.robot.body import Description
 from haverify.robot.claims import MADE, Pace, claims_text
 from haverify.robot.comparison import Compared, compared
 from haverify.robot.cycle import Cycle, cycle_of
-from haverify.robot.enclosures import enclosed_finely
 from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
 from haverify.robot.recorded import recorded
+from haverify.robot.slack import slacks
+from haverify.robot.tracking import followed
 from haverify.robot.trajectory import Trajectory, sampled
 from haverify.robot.verdicts import decided
 from haverify.run import replay_rows as rows
@@ -89,7 +90,11 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
         return Replayed(found, sources, None, None, 0.0)
     automaton = next((a for a in spec.automata if a.name == m.automaton), None)
     if automaton is None:
-        raise UsageError(f"{path} has no automaton {m.automaton}, which {m.source.path} is made for")
+        known = ", ".join(a.name for a in spec.automata) or "none"
+        raise UsageError(
+            f"{path} has no automaton {m.automaton}, which {m.source.path} is made for (it has: {known}); "
+            f"name another map with --map"
+        )
     if found := check_against(m, _outputs(automaton), [mode.name for mode in automaton.modes]):
         return Replayed(found, sources, None, None, 0.0)
     try:
@@ -104,7 +109,7 @@ def _recording(
 ) -> Replayed:
     """Replay a recording: it has no phases, and everything about it is sampled."""
     wanted = sorted({name for d in m.drives for name in d.outputs}) if m else []
-    seen = angles_of(path, wanted)
+    seen = angles_of(path, wanted, m.missing if m else {})
     if seen.source is not None:
         sources[seen.source.path] = seen.source
     if m is None or found or seen.found:
@@ -115,14 +120,21 @@ def _recording(
     started = time.process_time()
     t = recorded(seen.times, seen.values, m, robot.robot, engine)
     motion = mechanics.moved(engine, robot, t)
-    told = [rows.sampled_row(c, is_claimed=False) for c in checks.checked(robot, t, motion)]
+    told = [
+        rows.sampled_row(c, is_claimed=False) for c in checks.checked(robot, t, motion, _followed(engine, robot, m, t))
+    ]
     margins = checks.margins(robot, t, motion)
     passed = time.process_time() - started
     result = _facts(path, robot, m, t, told, margins, exit_codes.worst([exit_codes.OK, *map(rows.code, told)]))
+    result = replace(result, notes=[*seen.notes, *result.notes])
     if options.report is not None:
         options.report.mkdir(parents=True, exist_ok=True)
         _write(options.report, result, pictures(robot, t, motion))
     return Replayed([], sources, None, result, passed)
+
+
+def _followed(e: mechanics.Engine, d: Description, m: Map, t: Trajectory) -> checks.Followed:
+    return checks.Followed(followed(e, d, t, m.servo), m.servo)
 
 
 def _map(path: str | None, robot: Description, sources: dict[str, Source]) -> tuple[Map | None, list[Diagnostic]]:
@@ -147,16 +159,17 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     started = time.process_time()
     t = sampled(s.cycle, s.map, s.robot.robot)
     motion = mechanics.moved(engine, s.robot, t)
-    seen = checks.checked(s.robot, t, motion)
+    seen = checks.checked(s.robot, t, motion, _followed(engine, s.robot, s.map, t))
     margins = checks.margins(s.robot, t, motion)
     passed = time.process_time() - started
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)
     outcome, written = _decided(s, pace, options)
-    sure = decided(s.robot, s.map, s.cycle, enclosed_finely(s.robot, s.map, s.cycle))
-    told = [*rows.claim_rows(outcome), *(rows.enclosed_row(c, s.map) for c in sure)]
+    claimed = rows.claim_rows(outcome, slacks(s.cycle, s.map, s.robot.robot, pace))
+    told = [rows.enclosed_row(c, s.map, s.cycle, s.robot.advice) for c in decided(s.robot, s.map, s.cycle)]
     told += [rows.sampled_row(c) for c in seen if c.name not in rows.DECIDED]
     certain = _pace(pace, outcome)
     codes = [outcome.report.summary.exit_code, *map(rows.code, told)]
+    told = [*claimed, *told]
     found = _facts(s.path, s.robot, s.map, t, told, margins, exit_codes.worst(codes))
     beside = _compared(s)
     found = replace(
@@ -164,7 +177,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
         claims=written if options.report else None,
         pace=certain,
         compared=[_differences(c) for c in beside],
-        notes=_notes(s, certain) + _without_effect(s.map, told, beside) + found.notes,
+        notes=_notes(s, certain) + without_effect(s.map, told, beside) + found.notes,
     )
     if options.report is not None:
         drawn = pictures(s.robot, t, motion)
@@ -237,13 +250,15 @@ def _notes(s: _Scene, pace: facts.Pace | None) -> list[str]:
         )
     if s.cycle.params:
         said = ", ".join(f"{name} = {float(value):g}" for name, value in s.cycle.params.items())
-        notes.append(f"claims hold for every value of the params; forces are enclosed and sampled for {said}")
+        held = "claims and enclosures hold" if s.cycle.steady else "claims hold"
+        rest = "samples are" if s.cycle.steady else "forces are enclosed and sampled"
+        notes.append(f"{held} for every value of the params, {rest} for {said}")
     if not s.cycle.closes:
         notes.append("the cycle does not close: the state at its end is not that at its begin")
     return notes
 
 
-def _without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> list[str]:
+def without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> list[str]:
     """What the map names and nothing came of: a check that there is none of, a recording that cannot be read."""
     known = {c.name for c in told if c.basis != "sampled"}
     notes = [f"[expect] of {m.source.path}: `{name}` is no check here" for name in m.expected if name not in known]

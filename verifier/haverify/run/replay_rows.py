@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from haverify.report import exit_codes
 from haverify.report import replay as facts
 from haverify.report.report import Word
 from haverify.robot import checks
+from haverify.robot.cycle import Cycle
 from haverify.robot.mapping import Map
+from haverify.robot.slack import Slack
 from haverify.robot.verdicts import Decided
 from haverify.run.pipeline import Outcome
 
 Q = Fraction
 
 
-def claim_rows(outcome: Outcome) -> list[facts.Check]:
-    """The claims as rows of the table."""
+def claim_rows(outcome: Outcome, slacks: Mapping[str, Slack]) -> list[facts.Check]:
+    """The claims as rows of the table, each with its margin and where that is."""
     rows = []
     for c in outcome.report.claims:
-        margin = next((p.margin for p in c.parts if p.verdict == c.verdict and p.margin), c.margin)
-        margin = c.margin or margin
+        slack = slacks.get(c.name)
         violated = [p for p in c.parts if p.verdict == "refuted"]
-        where = violated[0].mode if violated else ""
+        where = slack.mode if slack else violated[0].mode if violated else ""
         note = violated[0].facts[0] if violated and violated[0].facts else ""
         rows.append(
             facts.Check(
@@ -35,9 +37,9 @@ def claim_rows(outcome: Outcome) -> list[facts.Check]:
                 advice=False,
                 value=None,
                 limit=None,
-                margin=float(Q(margin.decimal)) if margin and not violated else None,
-                unit=margin.unit if margin else "",
-                time_s=None,
+                margin=float(slack.margin) if slack else None,
+                unit=slack.unit if slack else "",
+                time_s=float(slack.time) if slack else None,
                 mode=where,
                 note=note,
             )
@@ -48,30 +50,52 @@ def claim_rows(outcome: Outcome) -> list[facts.Check]:
 DECIDED = frozenset(  # by enclosures, under names that tell more
     ("swing sole above ground", "ground pushes", "friction cone", "zero moment point", "centre of mass over sole")
 )
+_PLACEHOLDERS = frozenset(("joint torques",))  # checks whose limits are advice where the robot says so
 _BY_CLAIMS = frozenset(("joint position", "joint speed"))
 
 
-def enclosed_row(c: Decided, m: Map) -> facts.Check:
-    """What enclosures decide as a row."""
+def enclosed_row(c: Decided, m: Map, cycle: Cycle, are_placeholders: bool) -> facts.Check:
+    """What enclosures decide as a row; limits of torque may be placeholders."""
     expected: Word = "refuted" if c.name in m.expected else "proved"
     verdict: Word = "proved" if c.verdict == "proved" else "refuted" if c.verdict == "refuted" else "unknown"
     margin = c.high if verdict == "refuted" else c.low
     return facts.Check(
         name=c.name,
-        what=c.what,
+        what=f"{c.what}{_coverage(c, cycle)}",
         basis="enclosed",
         verdict=verdict,
         expected=expected,
         met=verdict == expected,
-        advice=False,
+        advice=are_placeholders and c.name in _PLACEHOLDERS,
         value=None,
         limit=None,
         margin=_finite(margin),
         unit=c.unit,
         time_s=c.start,
         mode=c.mode,
-        note=f"the least margin lies between {c.low:.6g} and {c.high:.6g} {c.unit}",
+        note=f"the least margin lies between {c.low:.6g} and {c.high:.6g} {c.unit}{_worst(c, cycle)}",
     )
+
+
+def _coverage(c: Decided, cycle: Cycle) -> str:
+    """For which values of the params it is proved, where these are not all."""
+    if c.verdict == "proved":
+        return "" if cycle.steady else ", for the params' defaults alone"
+    kept = []
+    if c.holds is not None and not cycle.box:
+        low, high = (_pace(p, cycle) for p in c.holds)
+        kept.append(f"{cycle.pacer or 'the pace'} in [{low:g}, {high:g}]")
+    kept += [" and ".join(f"{n} in [{float(a):g}, {float(b):g}]" for n, (a, b) in box.items()) for box in c.boxes]
+    return f"; proved for {', '.join(kept)}" if kept else ""
+
+
+def _worst(c: Decided, cycle: Cycle) -> str:
+    return "" if c.pace == 1 else f", at {cycle.pacer or 'the pace'} = {_pace(c.pace, cycle):g}"
+
+
+def _pace(p: Q, cycle: Cycle) -> float:
+    """A pace as a value of the param that makes it, else as a multiple of the gait's."""
+    return float(p * cycle.params[cycle.pacer]) if cycle.pacer else float(p)
 
 
 def sampled_row(c: checks.Sampled, is_claimed: bool = True) -> facts.Check:
@@ -84,7 +108,7 @@ def sampled_row(c: checks.Sampled, is_claimed: bool = True) -> facts.Check:
         verdict="unknown",
         expected=None,
         met=met,
-        advice=(c.name in _BY_CLAIMS and (is_claimed or bool(c.note))) or (bool(c.note) and c.name == "joint torque"),
+        advice=c.advice or (is_claimed and c.name in _BY_CLAIMS),
         value=_finite(c.value),
         limit=c.limit,
         margin=_finite(c.margin),
@@ -100,8 +124,8 @@ def _finite(x: float | None) -> float | None:
 
 
 def code(c: facts.Check) -> int:
-    """What a check earns; samples that break a limit leave it undecided, and of claims the report says it."""
-    if c.basis == "enclosed" and c.time_s is not None:
+    """What a check that is no claim earns: samples that break a limit leave it undecided, advice decides nothing."""
+    if c.basis == "enclosed" and not c.advice:
         return exit_codes.OK if c.met else exit_codes.UNDECIDED if c.verdict == "unknown" else exit_codes.WRONG
     is_broken = c.basis == "sampled" and c.met is False and not c.advice
     return exit_codes.UNDECIDED if is_broken else exit_codes.OK

@@ -12,6 +12,7 @@ from fractions import Fraction
 from time import process_time
 from typing import Any
 
+from haverify.analyses.hybrid.drawing import jumps_of
 from haverify.analyses.hybrid.model import HybridModel, hybrid_model
 from haverify.analyses.hybrid.question import Question, question_of, settings_of, sides
 from haverify.maths.interval import Fault
@@ -150,15 +151,17 @@ def _enclosures(model: HybridModel, question: Question, run: SimulatedRun, at: I
     """What contains the run from the same start at an instant."""
     places, state = run.model.places, run.draw.state
     for start in model.starts:
-        if model.modes[start.mode].name != run.model.automaton.modes[run.draw.mode].name:
+        if model.places[start.mode].mode != run.model.automaton.modes[run.draw.mode].name:
             continue
         box = tuple((Fraction(state[places[n]]), Fraction(state[places[n]])) for n in model.names)
         step = TINY * max(run.time, 1e-9)
         horizon = max(at.time, step) * (1 + 1e-9) + 1e-12
         settings = replace(settings_of(question, box, is_finer=True), longest=step, first=step, steps=STEPS)
         given = start.mode, sides(box), list[tuple[int, str]]()
-        for s in reach(question.modes, given, horizon, "horizon", settings, Budget(at.jumps + 1, JUMPS, 0)):
-            if model.modes[s.mode].name == at.mode and s.jumps == at.jumps:
+        most = at.jumps + 1 + (JUMPS if None in model.origins else 0)
+        tree = reach(question.modes, given, horizon, "horizon", settings, Budget(most, JUMPS, 0))
+        for s, jumps in zip(tree, jumps_of(model, tree), strict=True):
+            if model.places[s.mode].mode == at.mode and jumps == at.jumps:
                 for stage in s.stages:
                     if stage.time[0] <= at.time <= stage.time[1]:
                         yield dict(zip(model.names, stage.states, strict=True))

@@ -59,7 +59,7 @@ def decide_flow(
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(
-        PartResult(i, "flow", model.modes[model.starts[0].mode].name, "", a.text, a.verdict, a.run)
+        PartResult(i, "flow", model.places[model.starts[0].mode].mode, "", a.text, a.verdict, a.run)
         for i, a in enumerate(answers)
     )
     shown = next((a.drawing for a in answers if a.verdict is verdict), answers[0].drawing)
@@ -140,7 +140,9 @@ def _may_be_recorded(question: Question) -> bool:
     """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon."""
     model = question.model
     is_told = model.used or model.spec.assumptions or question.claim.assume
-    is_plain = not (is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes))
+    is_plain = model.is_plain and not (
+        is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes)
+    )
     return is_plain and question.asked.kind in RECORDED
 
 
@@ -160,4 +162,5 @@ def _start_json(question: Question, start: Start, point: Sequence[Q]) -> Json:
     """An admissible start."""
     model = question.model
     values = dict(zip([v.name for v in model.automaton.vars], point, strict=False))
-    return start_json(model.modes[start.mode].name, values, params_at(model, point))
+    values |= dict(model.discrete(start.mode))
+    return start_json(model.places[start.mode].mode, values, params_at(model, point))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.model import HybridModel
 from haverify.analyses.hybrid.question import Piece, Question, sides
 from haverify.evidence.flowpipe import Stretch as Drawn
 from haverify.evidence.flowpipe import flowpipe_json
@@ -21,12 +22,23 @@ def drawing(question: Question) -> Json:
     """The value of a drawing, None where there is nothing to draw."""
     model = question.model
     drawn = [
-        Drawn(model.modes[s.mode].name, s.jumps, _first(s, piece), [(g.time, _seen(question, s, g)) for g in s.stages])
+        Drawn(model.places[s.mode].mode, jumps, _first(s, piece), [(g.time, _seen(question, s, g)) for g in s.stages])
         for piece in question.shown
-        for s in piece.tree
+        for s, jumps in zip(piece.tree, jumps_of(model, piece.tree), strict=True)
         if s.stages
     ]
     return flowpipe_json(model.names, drawn) if drawn else None
+
+
+def jumps_of(model: HybridModel, tree: Sequence[Stretch]) -> list[int]:
+    """How many jumps of the automaton led to each stretch: changes of side are none."""
+    found: list[int] = []
+    for s in tree:
+        is_jump = s.jump is not None and s.parent is not None
+        number = model.edges[tree[s.parent].mode][s.jump.edge] if is_jump else None  # type: ignore[index,union-attr]
+        before = found[s.parent] if s.parent is not None else 0
+        found.append(before + (number is not None and model.origins[number] is not None))
+    return found
 
 
 def _first(s: Stretch, piece: Piece) -> Sequence[Pair]:

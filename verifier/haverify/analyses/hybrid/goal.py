@@ -11,7 +11,6 @@ from haverify.analyses.hybrid.model import HybridModel
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Range
-from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import record
 
@@ -60,6 +59,8 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
     if not ends and claim.jumps is not None and goal.kind != "reach":
         if claim.jumps == 0:
             raise OutsideFragmentError("a horizon of no jumps, which holds the start alone")
+        if None in model.origins:
+            raise OutsideFragmentError("a horizon of jumps alone, beside `abs`, `min`, `max` or `if` in a flow")
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, ENDLESS, claim.jumps, last_jump=True)
     if not ends and goal.kind != "reach" and goal.window is None and not _reads_time(model, goal):
@@ -70,8 +71,13 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
     if min(ends) < first:
         raise OutsideFragmentError("the window holds no instant")
     _fit_for_ends(model, goal, first)
-    jumps = MOST_JUMPS if claim.jumps is None else claim.jumps
-    return Asked(goal.kind, goal.condition, first, min(ends), jumps)
+    return Asked(goal.kind, goal.condition, first, min(ends), _budget(model, claim))
+
+
+def _budget(model: HybridModel, claim: Claim) -> int:
+    """How many jumps are followed; changes of side count as well."""
+    changes = MOST_JUMPS if None in model.origins else 0
+    return (MOST_JUMPS if claim.jumps is None else claim.jumps) + changes
 
 
 def _reads_time(model: HybridModel, goal: Goal) -> bool:
@@ -98,8 +104,7 @@ def _signal(model: HybridModel, claim: Claim, e: Expr) -> Asked:
     first, last = model.values.number(low), model.values.number(high)
     kind = "always" if e.op == "globally" else "reach"
     _fit_for_ends(model, Goal(kind, inner), first)
-    jumps = MOST_JUMPS if claim.jumps is None else claim.jumps
-    return Asked(kind, inner, first, last, jumps, to_the_end=True)
+    return Asked(kind, inner, first, last, _budget(model, claim), to_the_end=True)
 
 
 def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:
@@ -132,11 +137,11 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
         return Some((c, after, before) if asked.first > 0 else (c, after))
 
     dwelling = []
-    for mode, known in zip(model.modes, model.definitions, strict=True):
-        dwelling.append(timed(condition(residual(asked.condition, Situation(mode.name)), known, is_denied)))
+    for number, known in enumerate(model.definitions):
+        dwelling.append(timed(condition(model.dwelling(asked.condition, number), known, is_denied)))
     names = {m.name for m in model.modes}
     landing = {
-        k: timed(landing_condition(model, e, asked.condition, is_denied))
+        k: timed(landing_condition(model, k, asked.condition, is_denied))
         for k, e in enumerate(model.automaton.edges)
         if e.source in names
     }
@@ -156,7 +161,7 @@ def _held(model: HybridModel, number: int, conditions: Iterable[Expr]) -> Iterat
     for e in conditions:
         if any(n.op in ("jump", "jumped", "pre") for n in nodes(e)):
             raise OutsideFragmentError("assumptions and invariants about jumps, beside a flow")
-        yield condition(residual(e, Situation(model.modes[number].name)), model.definitions[number])
+        yield condition(model.dwelling(e, number), model.definitions[number])
 
 
 def _members(c: Condition) -> Iterator[Atom]:

@@ -40,12 +40,13 @@ def fields(model: HybridModel, mode: Mode) -> tuple[dict[str, Expr], list[Driven
     OutsideFragmentError    if the range of an input or an inclusion is empty or no range of numbers
     """
     rates, driven = dict[str, Expr](), dict[str, Driven]()
+    at = Situation(model.places[model.mode(mode.name)].mode)
     for line in mode.flow:
         if isinstance(line.rate, Range):
-            rates[line.var], left_open = _included(model, mode.name, f"{line.var}'", line.rate)
+            rates[line.var], left_open = _included(model, at, f"{line.var}'", line.rate)
             driven[left_open.name] = left_open
         else:
-            rates[line.var] = residual(line.rate, Situation(mode.name))
+            rates[line.var] = residual(line.rate, at)
     declared = {i.name: i for i in (*model.spec.inputs, *model.automaton.inputs)}
     for name in sorted(_inputs(model, mode, rates.values())):
         if name in declared:
@@ -53,14 +54,14 @@ def fields(model: HybridModel, mode: Mode) -> tuple[dict[str, Expr], list[Driven
     return rates, list(driven.values())
 
 
-def _included(model: HybridModel, mode: str, name: str, line: Range) -> tuple[Expr, Driven]:
+def _included(model: HybridModel, at: Situation, name: str, line: Range) -> tuple[Expr, Driven]:
     """A rate between two expressions; where these are numbers it is driven itself."""
     free = Expr("input", (name,))
     try:
         first, last = model.values.interval(line)
     except OutsideFragmentError:
         free = Expr("input", (share := f"share of the range of {name}",))
-        low, high = (residual(e, Situation(mode)) for e in (line.low, line.high))
+        low, high = (residual(e, at) for e in (line.low, line.high))
         half = Expr("num", (Q(1, 2),))
         middle, width = (Expr("*", (half, Expr(op, (high, low)))) for op in "+-")
         return Expr("+", (middle, Expr("*", (width, free)))), Driven(share, Q(-1), Q(1), order=Expr("-", (high, low)))

@@ -101,13 +101,14 @@ def _mode(
     chosen: Chosen,
 ) -> ModeListing:
     mode, known = model.modes[number], model.definitions[number]
+    at = Situation(model.places[number].mode)
     variables = _numbers(model.names)
     rates, driven = fields(model, mode)
     flow = Tape(_numbers([*model.names, *(INPUT + d.name for d in driven)]), known)
     field = [flow.add(rates.get(n, ZERO)) for n in model.names[:-1]]
     field.append(flow.add(ONE))
     watched = Watched(Tape(variables, known))
-    domain = [*_conjuncts(closed(condition(residual(mode.domain, Situation(mode.name)), known)))]
+    domain = [*_conjuncts(closed(condition(residual(mode.domain, at), known)))]
     borders = [c for c in domain if isinstance(c, Atom)]
     guard = [(watched.position(a.quantity), a.op) for a in borders]
     # Where the ends of an inclusion are not in order, there is no rate that could be chosen.
@@ -116,7 +117,7 @@ def _mode(
     rest = watched.words(Every(also))
     facts = [(watched.position(a.quantity), a.op) for a in judged.facts[number]]
     leaving = [(k, e) for k, e in enumerate(model.automaton.edges) if e.source == mode.name]
-    guards = [(k, e, _cases(condition(residual(e.guard, Situation(mode.name)), known))) for k, e in leaving]
+    guards = [(k, e, _cases(condition(residual(e.guard, at), known))) for k, e in leaving]
     # What runs depend on is watched first: at the same positions whatever the claim.
     for atom in (a for _, _, cases in guards for case in cases for a in case):
         watched.position(atom.quantity)
@@ -203,7 +204,7 @@ def _reset(model: HybridModel, source: int, edge: Edge, pinned: dict[str, Expr])
     wanted = {v: Expr("var", (v,)) for v in model.names[:-1]}
     for a in edge.resets:
         wanted[a.var] = _chosen(model, a.var, a.to) if isinstance(a.to, Range) else a.to
-    at = Situation(model.modes[source].name)
+    at = Situation(model.places[source].mode)
     outputs = [tape.add(_substituted(residual(wanted[v], at), pinned)) for v in model.names[:-1]]
     outputs.append(tape.add(Expr("time")))
     return tape.listing(outputs), len(chosen)
@@ -224,11 +225,11 @@ def _substituted(e: Expr, pinned: dict[str, Expr]) -> Expr:
     return rebuild(e, lambda c: _substituted(c, pinned))
 
 
-def landing_condition(model: HybridModel, edge: Edge, e: Expr, is_denied: bool = False) -> Condition:
+def landing_condition(model: HybridModel, number: int, e: Expr, is_denied: bool = False) -> Condition:
     """A condition at the instant after a jump: `pre` reads the state before it."""
-    at = Situation(edge.target, edge.source, edge.name)
+    edge = model.automaton.edges[number]
     source, target = model.definitions[model.mode(edge.source)], model.definitions[model.mode(edge.target)]
-    return condition(_split(residual(e, at), source, is_before=False), target, is_denied)
+    return condition(_split(model.landing(e, number), source, is_before=False), target, is_denied)
 
 
 def _split(e: Expr, source: dict[tuple[str, str], Expr], is_before: bool) -> Expr:

@@ -6,7 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from haverify.analyses.hybrid.conditions import members
-from haverify.analyses.hybrid.starts import Box, NoStartError, keeps, start_box
+from haverify.analyses.hybrid.corners import without_corners
+from haverify.analyses.hybrid.discrete import without_discrete
+from haverify.analyses.hybrid.expansion import Place, dwelling, landing
+from haverify.analyses.hybrid.starts import Box, NoStartError, contracted, keeps, start_box
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Mode, Range
 from haverify.model.spec import Spec
@@ -46,12 +49,45 @@ class HybridModel:
     # Conditions as long as which runs are judged, bounds of params left out, and conditions that hold on all of them.
     assumed: tuple[Expr, ...]
     used: tuple[Expr, ...]
+    # The variables as declared, discrete ones included; what each mode stands for; the number of each edge in the
+    # automaton as written (None: a change of side).
+    variables: tuple[str, ...]
+    places: tuple[Place, ...]
+    origins: tuple[int | None, ...]
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
     edges: list[list[int]] = field(default_factory=list)
 
     def mode(self, name: str) -> int:
         """The number of a mode."""
         return next(i for i, m in enumerate(self.modes) if m.name == name)
+
+    def dwelling(self, e: Expr, number: int) -> Expr:
+        """What is left of a condition during a stay in a mode."""
+        return dwelling(e, self.places[number], _lets(self.definitions[number]))
+
+    def landing(self, e: Expr, edge: int) -> Expr:
+        """What is left of a condition right after an edge; a change of side is part of a stay."""
+        of = self.automaton.edges[edge]
+        source, target = self.mode(of.source), self.mode(of.target)
+        if self.origins[edge] is None:
+            return self.dwelling(e, target)
+        ends = [(self.places[k], _lets(self.definitions[k])) for k in (source, target)]
+        return landing(e, of.name, ends[0], ends[1])
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the modes are those of the automaton as written."""
+        return all(k == n for n, k in enumerate(self.origins)) and not any(p.values for p in self.places)
+
+    def discrete(self, number: int) -> tuple[tuple[str, Q], ...]:
+        """The discrete variables of a mode, their values as numbers."""
+        return tuple((v, self._number(e)) for v, e in self.places[number].values)
+
+    def _number(self, e: Expr) -> Q:
+        if e.op == "sym":
+            enum = next(t for t in self.spec.enums if t.name == e.args[0])
+            return Q(enum.values.index(str(e.args[1])))
+        return Q(str(e.args[0])) if e.op == "num" else Q(e.op == "true")
 
     @property
     def jumps(self) -> bool:
@@ -71,23 +107,32 @@ def hybrid_model(
 
     Raises
     ------
-    OutsideFragmentError    if it has priorities or discrete variables
+    OutsideFragmentError    if it has priorities, or is not to be written out without discrete variables and corners
     """
     if automaton.priorities:
         raise OutsideFragmentError("priorities beside a flow that is not clock-driven")
-    if any(v.type != "real" for v in automaton.vars):
-        raise OutsideFragmentError("discrete variables beside a flow that is not clock-driven")
     values = values_of(spec, automaton)
+    found = without_corners(without_discrete(spec, automaton), values)
+    written, automaton = automaton, found.automaton
     modes = tuple(_reachable(automaton))
-    known = tuple(_definitions(automaton, m, values) for m in modes)
+    places = tuple(found.places[m.name] for m in modes)
+    known = tuple(_definitions(automaton, m, p, values) for m, p in zip(modes, places, strict=True))
     assumed, used = (*spec.assumptions, *assumed), tuple(used)
     read = _read(automaton, modes, known, (*asked, *assumed, *used))
     params = [p for p in params_of(spec, automaton) if p.name in read]
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), "time")
     ranges = {p.name: values.interval(p.range) for p in params}
-    starts = _starts(automaton, modes, values, ranges, assumed)
+    holding = [[dwelling(e, p, _lets(d)) for e in assumed] for p, d in zip(places, known, strict=True)]
+    starts = _starts(automaton, modes, values, ranges, holding, automaton is written)
     assumed = tuple(c for e in assumed for c in members(e) if not keeps(c, ranges, values))
-    return HybridModel(spec, automaton, values, modes, names, starts, known, assumed, used)
+    variables = tuple(v.name for v in written.vars)
+    return HybridModel(
+        spec, automaton, values, modes, names, starts, known, assumed, used, variables, places, found.edges
+    )
+
+
+def _lets(definitions: Definitions) -> dict[str, Expr]:
+    return {name: e for (kind, name), e in definitions.items() if kind == "let"}
 
 
 def _reachable(automaton: HybridAutomaton) -> Iterator[Mode]:
@@ -104,9 +149,10 @@ def _starts(
     modes: Sequence[Mode],
     values: Values,
     params: Mapping[str, tuple[Q, Q]],
-    assumed: Sequence[Expr],
+    assumed: Sequence[Sequence[Expr]],
+    is_plain: bool,
 ) -> tuple[Start, ...]:
-    """The starts of all init lines, those left out that contradict themselves or what is assumed.
+    """The starts of all init lines, those left out that contradict themselves or what is assumed in each mode.
 
     Raises
     ------
@@ -117,19 +163,24 @@ def _starts(
         for number, mode in enumerate(modes):
             if init.mode in (mode.name, None):
                 try:
-                    bounded, more = start_box(automaton, mode, init, values, params, assumed)
+                    bounded, more = start_box(automaton, mode, init, values, params, assumed[number])
                 except NoStartError as e:
                     nowhere = e
                     continue
-                found.append(Start(number, (*bounded, (Q(0), Q(0))), tuple(more)))
-    if nowhere is not None and not found:
-        raise nowhere
+                box: Box | None = tuple(bounded)
+                if not is_plain:  # second checkers take the boxes of the others from what is written
+                    names = [*(v.name for v in automaton.vars), *params]
+                    box = contracted(tuple(bounded), names, more, values)
+                if box is not None:
+                    found.append(Start(number, (*box, (Q(0), Q(0))), tuple(more)))
+    if not found:
+        raise nowhere or OutsideFragmentError("no start: no mode and no discrete values fit its conditions")
     return tuple(found)
 
 
-def _definitions(automaton: HybridAutomaton, mode: Mode, values: Values) -> Definitions:
+def _definitions(automaton: HybridAutomaton, mode: Mode, place: Place, values: Values) -> Definitions:
     """What lets and constants stand for in a mode."""
-    found = {("let", o.name): residual(o.expr, Situation(mode.name)) for o in (*automaton.lets, *mode.lets)}
+    found = {("let", o.name): residual(o.expr, Situation(place.mode)) for o in (*automaton.lets, *mode.lets)}
     constants = {("const", n): c.value for n, c in values.constants.items() if isinstance(c.value, Expr)}
     return {**found, **constants}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, takewhile
 
@@ -53,7 +53,7 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     """
     model = question.model
     known, mode = model.definitions[start.mode], model.modes[start.mode]
-    at = Situation(mode.name)
+    at = Situation(model.places[start.mode].mode)
     conditions = [condition(residual(e, at), known) for e in start.rest]
     conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
     variables = {n: i for i, n in enumerate(model.names)}
@@ -140,17 +140,21 @@ def _run(
         jump = tree[after].jump
         if jump is None:
             continue
+        edge = model.origins[model.edges[tree[before].mode][jump.edge]]
+        if edge is None:
+            continue
         instant = _simplest(*jump.time)
-        steps.append(Step(max(instant - now, Q(0)), model.edges[tree[before].mode][jump.edge]))
+        steps.append(Step(max(instant - now, Q(0)), edge))
         now = instant
+    is_landing = is_landing and _is_jump(model, tree, number)
     at = Q(0) if is_landing else max(_simplest(max(when[0], float(now)), when[1]) - now, Q(0))
     count = len(model.automaton.vars)
-    values = tuple(zip(model.names[:count], point[:count], strict=True))
+    values = _ordered(model, dict(zip(model.names[:count], point[:count], strict=True)), start.mode)
     chosen = {n: low for n, (low, _) in question.driven.items()}
     params = tuple({**params_at(model, point), **chosen}.items())
     passages = _passages(model, tree, path, values)
     end = _passage(model, tree[number], None, when, _states_at(tree[number], when, is_landing))
-    return Run(model.modes[start.mode].name, values, params, tuple(steps), at, (*passages, end))
+    return Run(model.places[start.mode].mode, values, params, tuple(steps), at, (*passages, end))
 
 
 def params_at(model: HybridModel, point: Sequence[Q]) -> dict[str, Q]:
@@ -164,19 +168,35 @@ def _passages(
     model: HybridModel, tree: Sequence[Stretch], path: Sequence[int], values: Sequence[tuple[str, Q]]
 ) -> Iterator[Passage]:
     """The start and the landings on the way to a stretch."""
-    first = [(float(q), float(q)) for _, q in values]
+    reals = [v.name for v in model.automaton.vars]
+    first = [(float(q), float(q)) for n, q in values if n in reals]
     yield _passage(model, tree[path[0]], None, (0.0, 0.0), first)
     for before, after in pairwise(path):
         jump = tree[after].jump
-        if jump is not None:
+        if jump is not None and _is_jump(model, tree, after):
             edge = model.automaton.edges[model.edges[tree[before].mode][jump.edge]].name
             yield _passage(model, tree[after], edge, jump.time, jump.after)
 
 
 def _passage(model: HybridModel, s: Stretch, edge: str | None, time: Pair, states: Sequence[Pair]) -> Passage:
     names = [v.name for v in model.automaton.vars]
-    ends = tuple((n, *pair) for n, pair in zip(names, states, strict=False))
-    return Passage(model.modes[s.mode].name, edge, time, ends)
+    known = dict(zip(names, states, strict=False)) | {n: (float(q), float(q)) for n, q in model.discrete(s.mode)}
+    ends = tuple((v, *known[v]) for v in model.variables if v in known)
+    return Passage(model.places[s.mode].mode, edge, time, ends)
+
+
+def _is_jump(model: HybridModel, tree: Sequence[Stretch], number: int) -> bool:
+    """Whether a stretch begins with a jump of the automaton: no change of side, no cut."""
+    s = tree[number]
+    if s.jump is None or s.parent is None:
+        return False
+    return model.origins[model.edges[tree[s.parent].mode][s.jump.edge]] is not None
+
+
+def _ordered(model: HybridModel, reals: Mapping[str, Q], mode: int) -> tuple[tuple[str, Q], ...]:
+    """The values of all variables as declared."""
+    known = {**reals, **dict(model.discrete(mode))}
+    return tuple((v, known[v]) for v in model.variables)
 
 
 def _states_at(s: Stretch, when: Pair, is_landing: bool) -> Sequence[Pair]:

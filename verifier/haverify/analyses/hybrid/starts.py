@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 
 from haverify.analyses.hybrid.conditions import COMPARISONS, MIRRORED, members
-from haverify.model.expression import Expr
+from haverify.maths.polynomial import variable
+from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Init, Mode, Range
 from haverify.obligations.constants import Values
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.text.record import replace
 
 Q = Fraction
 Box = tuple[tuple[Q, Q], ...]
@@ -77,6 +79,37 @@ def _bounded(e: Expr, bounds: dict[str, tuple[Q | None, Q | None]], values: Valu
         high = bound if high is None else min(high, bound)
     bounds[left.name] = low, high
     return op in ("<=", ">=", "==")
+
+
+def contracted(box: Box, names: Sequence[str], told: Iterable[Expr], values: Values) -> Box | None:
+    """The part of a box of variables and params where some linear comparisons may hold; None where there is none."""
+    sides = dict(zip(names, box, strict=True))
+    for e in (c for condition in told for c in members(condition)):
+        slopes, rest = _linear(e, sides, values)
+        for name, a in slopes.items():
+            others = sum((max(b * q for q in sides[n]) for n, b in slopes.items() if n != name), rest)
+            low, high = sides[name]  # where a x + others may be positive
+            sides[name] = (max(low, -others / a), high) if a > 0 else (low, min(high, -others / a))
+            if sides[name][0] > sides[name][1]:
+                return None
+    return tuple(sides[n] for n in names)
+
+
+def _linear(e: Expr, known: Mapping[str, object], values: Values) -> tuple[dict[str, Q], Q]:
+    """Slopes and a number of a sum that is not negative where a comparison holds; no slopes for other conditions."""
+    if e.op not in ("<", "<=", ">", ">="):
+        return {}, Q(0)
+    left, right = e.children if e.op[0] == ">" else e.children[::-1]
+    gap = Expr("-", (left, right))
+    names = {n.name: variable(n.name) for n in nodes(gap) if n.op in ("var", "param")}
+    try:
+        p = replace(values.scope("a start"), variables=names).polynomial(gap)
+    except OutsideFragmentError:
+        return {}, Q(0)
+    if p.total_degree() > 1 or any(v not in known for v in p.variables):
+        return {}, Q(0)
+    at_zero = p.fix(dict.fromkeys(p.variables, Q(0))).constant
+    return {v: p.derivative(v).constant or Q(0) for v in p.variables}, at_zero or Q(0)
 
 
 def keeps(e: Expr, params: Mapping[str, tuple[Q, Q]], values: Values) -> bool:
