@@ -91,7 +91,7 @@ def _reads_time(run: SimulatedRun) -> bool:
 
 
 def _return(run: SimulatedRun) -> tuple[int, list[float], float]:
-    """A state of the end of a run inside a stay, and how long before or after it the run is near to it, across the flow."""
+    """A mode and state inside a late stay, and how long before or after it the run is near to it, across the flow."""
     import numpy as np
 
     pieces = [p for p in run.record.pieces() if p[3] > 0]
