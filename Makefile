@@ -74,9 +74,10 @@ bench-invariants: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	PYTHONPATH=verifier:. $(BIN)/python -m tests.peers.hstp $(PROBLEMS)
 
-# 100,000 sampled runs of each problem against the enclosures; a hundredth of it is among the tests.
+# 100,000 sampled runs of each problem against the enclosures; a hundredth of it is among the tests. Threads of the linear
+# algebra would wait for each other in loops and double the work.
 soak: $(STAMP)
-	$(BIN)/python -m tests.soak
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.soak
 
 clean:
 	rm -rf $(VENV) $(OPENSIM) $(HEYOKA) reports verifier/kernel/target verifier/haverify/*.so .mypy_cache .ruff_cache .pytest_cache .hypothesis

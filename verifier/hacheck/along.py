@@ -254,12 +254,11 @@ class Along:
 
     def violated(self, run: Json) -> str:
         """The run stays in its domain and in the declared ranges up to its last instant, where the claim is false."""
-        mode, point, last = str(run["mode"]), self.starts.admissible(run), number(run["last"])
+        mode, box, last = str(run["mode"]), self.starts.admissible(run), number(run["last"])
         if run["steps"] or self.model.leaving[mode]:
             raise Beyond("a run with jumps along recorded flows")
         if not self.first <= last <= self.limit:
             raise Refused("a run ends at an instant that the claim does not speak of")
-        box = {v: (q, q) for v, q in point.items()}
         (start,), here, params = self.record.data["starts"], self.record.start(mode, box), self.record.params(box)
         for step in start["pieces"]["steps"]:
             begun, (states, h, after) = here.time, self.record.step(here, params, step)

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from hacheck import bernstein
+from hacheck.brackets import Brackets, brackets, rooted
 from hacheck.expressions import Instant
 from hacheck.formula import members, placed, variables
 from hacheck.polynomial import Env, const, names
@@ -35,30 +36,41 @@ class FlowStarts:
         return [[op, ["var", v["name"]], e] for v in self.scope.automaton["vars"]
                 for op, e in zip((">=", "<="), self.scope.window(v), strict=True) if e is not None]  # fmt: skip
 
-    def admissible(self, start: Json) -> dict[str, Fraction]:
-        """The values of a start that is certainly admissible (S5)."""
+    def admissible(self, start: Json) -> dict[str, Ends]:
+        """Bounds of the values of a start that is certainly admissible (S5), or of one that is, in brackets."""
         scope, mode = self.scope, str(start["mode"])
         if set(start["values"]) != set(scope.types) or set(start["params"]) != set(scope.ranges):
             raise Refused("a start does not give every param and variable a value")
-        point = {v: number(q) for v, q in {**start["values"], **start["params"]}.items()}
+        roots = brackets(start["values"], scope.types)
+        point = {v: number(q) for v, q in {**start["values"], **start["params"]}.items() if v not in roots}
         ranges = [[op, ["param", p], line[end]] for p, line in scope.ranges.items()
                   for op, end in ((">=", "low"), ("<=", "high"))]  # fmt: skip
-        held = [self._sure(e, mode, point) for e in [*ranges, *self.window()]]
-        held.append(self._sure(scope.modes[mode]["domain"], mode, point, True))
-        lines = [[line["where"], *assigned(line)] for line in scope.automaton["init"] if self.mode(line) == mode]
-        if not all(held) or not any(all(self._sure(e, mode, point) for e in line) for line in lines):
+        held = [self._sure(e, mode, point, roots) for e in [*ranges, *self.window()]]
+        held.append(self._sure(scope.modes[mode]["domain"], mode, point, roots, True))
+        lines = [["and", line["where"], *assigned(line)] for line in scope.automaton["init"] if self.mode(line) == mode]
+        sure = self._rooted if roots else self._sure
+        if not all(held) or not any(sure(line, mode, point, roots) for line in lines):
             raise Beyond("a start is not certainly admissible")
-        return point
+        return {**{v: (q, q) for v, q in point.items()}, **roots}
 
-    def _sure(self, e: Json, mode: str, point: Mapping[str, Fraction], closed: bool = False) -> bool:
+    def _rooted(self, e: Json, mode: str, point: Mapping[str, Fraction], roots: Brackets) -> bool:
+        """Is a condition certainly true for some values in the brackets that are zeros of its equations?"""
+        rest = rooted(placed(self.scope.identity(mode).condition(e), self._here(point)), roots)
+        return rest is not None and bernstein.shown(rest, {**self.scope.box, **roots})
+
+    def _here(self, point: Mapping[str, Fraction]) -> Env:
+        return Env({**{v: const(q) for v, q in point.items()}, "time": const(0), "@sigma": const(0)})
+
+    def _sure(self, e: Json, mode: str, point: Mapping[str, Fraction], roots: Brackets, closed: bool = False) -> bool:
         """Is a condition certainly true at a point? Exactly where it is one on polynomials, else as enclosures tell."""
         if isinstance(e, list) and e[:1] == ["and"]:
-            return all(self._sure(f, mode, point, closed) for f in e[1:])
-        here = Env({**{v: const(q) for v, q in point.items()}, "time": const(0), "@sigma": const(0)})
+            return all(self._sure(f, mode, point, roots, closed) for f in e[1:])
         try:
             f = self.scope.identity(mode).condition(e, closed=closed)
-            return bernstein.shown(placed(f, here), self.scope.box)
+            return bernstein.shown(placed(f, self._here(point)), {**self.scope.box, **roots})
         except Beyond:
+            if roots:
+                raise
             space, tape = self.record.space, Tape(self.scope, mode)
             truth = tape.truth(e, closed=closed)
             env = {v: space.number(q) for v, q in {**point, "time": Fraction(0)}.items()}

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from hacheck import bernstein
+from hacheck.brackets import Brackets, brackets, rooted
 from hacheck.cells import Model
 from hacheck.expressions import EVENTS, Case, Instant, nodes
 from hacheck.flows import Flow
@@ -111,6 +112,7 @@ class Induction:
         self.a, self.scope = setting.a, FlowScope(setting.core, setting.a)
         self.model = Model(self.scope)
         self.functions = self.scope.functions
+        self.roots: Brackets = {}
         aim = question.goal["kind"]
         self.goal = question.condition if aim == "always" else ["not", question.condition]
         self.inductive = self.claim["inductive"]
@@ -267,14 +269,18 @@ class Induction:
         at = self.scope.identity(mode)
         lines = [line for line in self.a["init"] if line["mode"] in (None, mode)]
         told = [list(self.starts(line, at)) for line in lines]  # the functions that values may read are met
-        known = {n: self.value(q) for key in ("params", "values") for n, q in start[key].items()}
+        self.roots = brackets(start["values"], self.scope.types)
+        numbers = {**start["params"], **{v: q for v, q in start["values"].items() if v not in self.roots}}
+        known = {n: self.value(q) for n, q in numbers.items()}
         free = {i: self.scope.base.poly(x["low"]) for i, x in self.scope.inputs.items()}  # any value they may have
         fixed = Env(known)
         env = Env({**known, **{i: self.functions.substitute(p, fixed) for i, p in free.items()}, "time": ZERO})
         said = [conj([*f, *self.arrived(mode, env, wrong)]) for f in told]
-        if not any(self.here(f, env) for f in said):
+        if not any(self.here(f, env, True) for f in said):
             raise Refused("a start is not admissible, or does not violate the goal")
         for step in start.get("jumps", []):
+            if self.roots:
+                raise Beyond("jumps from a start that is bracketed")
             mode, env = self.jumped(mode, env, step)
         if wrong and not self.here(self.scope.identity(mode).formula(self.goal, True), env):
             raise Refused("a start is not admissible, or does not violate the goal")
@@ -304,12 +310,18 @@ class Induction:
                         for op, a in self.functions.partial(var(name)))  # fmt: skip
         yield from self.param_ranges({n: p for n, p in env.items() if n in self.scope.ranges})
 
-    def here(self, f: Formula, env: Env) -> bool:
-        """Does a formula certainly hold with these values, whatever params left out are (around their range)?"""
+    def here(self, f: Formula, env: Env, rooting: bool = False) -> bool:
+        """Does a formula certainly hold with these values, whatever params left out are (around their range)?
+
+        The same of values in brackets; `rooting`: of those that are the zeros of the formula's equations.
+        """
         put = replace(f, lambda op, p: literal(op, self.functions.substitute(p, env)))
-        out = sorted(self.scope.params.keys() - env.keys())
-        known = [literal(op, add(var(n), const(q), -1)) for n in out
-                 for op, q in zip((">=", "<="), self.scope.box[n], strict=True) if q is not None]  # fmt: skip
+        put = rooted(put, self.roots) if rooting and self.roots else put
+        if put is None:
+            return False
+        out = {n: self.scope.box[n] for n in sorted(self.scope.params.keys() - env.keys())} | self.roots
+        known = [literal(op, add(var(n), const(q), -1)) for n, ends in out.items()
+                 for op, q in zip((">=", "<="), ends, strict=True) if q is not None]  # fmt: skip
         return on_box(self.premises(*known, negated(put)))
 
     def jumped(self, mode: str, env: Env, step: Json) -> tuple[str, Env]:

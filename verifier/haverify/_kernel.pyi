@@ -56,6 +56,7 @@ def reach(
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
 ) -> Tree: ...
+def units(series: list[list[list[float]]], length: float, bits: int) -> list[list[list[int]]]: ...
 def along(
     positions: Listing,
     readout: Listing,

@@ -33,6 +33,7 @@ pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod recording;
 pub mod robustness;
 pub mod roots;
 pub mod rounding;

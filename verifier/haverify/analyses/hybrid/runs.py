@@ -46,6 +46,16 @@ def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     return (tried[0] if tried else None), None
 
 
+def by_all(question: Question) -> Run | None:
+    """A run from the middle of the only start, all runs from there violating the goal at one instant."""
+    (start,) = question.model.starts
+    tree = follow(question, start, start.box, "violated")
+    found = _violating(question, start, [(low + high) / 2 for low, high in start.box], tree)
+    if found is not None:
+        question.shown = [Piece(start, start.box, tree)]
+    return found
+
+
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
     """Whether a start is certainly one: the init line and the domain hold there.
 
@@ -56,6 +66,8 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     at = Situation(model.places[start.mode].mode)
     conditions = [condition(residual(e, at), known) for e in start.rest]
     conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
+    if all(c is True for c in conditions):
+        return True
     variables = {n: i for i, n in enumerate(model.names)}
     watched = Watched(Tape(variables, known))
     words = watched.words(Every(tuple(conditions)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from math import prod
 from typing import Any
 
 from haverify.maths.bernstein import bounds
@@ -19,14 +20,16 @@ Q = Fraction
 Json = Any
 Box = dict[str, tuple[Q, Q]]
 MOST_TERMS = 400
+LEAF = 100  # the coefficients of a leaf that costs no more than one
 PI = (Q(31415926535897932, 10**16), Q(31415926535897933, 10**16))
 
 
 @holder
 class Search:
-    """How many leaves may still be tried."""
+    """How many coefficients may still be looked at, and how many a leaf has."""
 
     left: int
+    cost: int
 
 
 def on_boxes(premises: Premises, leaves: int) -> Json | None:
@@ -35,7 +38,8 @@ def on_boxes(premises: Premises, leaves: int) -> Json | None:
     found = [f for f in premises.entries if _is_within(f, box, premises.functions)]
     if box is None or not found or sum(len(leaf.polynomial.whole) for f in found for leaf in literals(f)) > MOST_TERMS:
         return None
-    return _tree(premises.functions, found, box, Search(leaves))
+    cost = sum(prod(p.degree(v) + 1 for v in p.variables) for p in (q.polynomial for f in found for q in literals(f)))
+    return _tree(premises.functions, found, box, Search(leaves * LEAF, max(LEAF, cost)))
 
 
 def bounded(entries: Iterable[Formula]) -> Box | None:
@@ -64,7 +68,7 @@ def _tree(functions: Functions, entries: list[Formula], box: Box, search: Search
     judged = [(f, _judged(f, wide)) for f in entries]
     if any(t is False for _, t in judged):
         return "b"
-    search.left -= 1
+    search.left -= search.cost
     names = {v for f, t in judged if t is None for v in functions.support(names_of(f))} & box.keys()
     if search.left < 0 or not names:
         return None

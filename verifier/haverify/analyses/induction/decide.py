@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.record import record_name
+from haverify.analyses.induction.brackets import Bracketed
 from haverify.analyses.induction.counterexample import Leaving, leaving, state_text
 from haverify.analyses.induction.excluding import excluding
 from haverify.analyses.induction.invented import applies, invent
@@ -17,8 +19,9 @@ from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.portrait import portrait
 from haverify.analyses.induction.prove import prove
 from haverify.analyses.induction.reached import nearest, reached_text
-from haverify.analyses.induction.refutation import Exact, Start, admissible, at_once, by_jump, by_run
+from haverify.analyses.induction.refutation import Admissible, Start, admissible, at_once, by_jump, by_run
 from haverify.analyses.induction.refute import Effort
+from haverify.analyses.induction.rooted import by_rooted_run
 from haverify.analyses.induction.written import written
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
@@ -68,14 +71,15 @@ def decide_invariant(
     known = hashes(spec, automaton, core)
     seconds = SECONDS * float(scale)
     drawn: list[Json] = []
+    cells: dict[str, Json] = {}
     asked = ((Induction(spec, automaton, claim, g, _conditions(spec, claim)), n) for n, g in enumerate(claim.goals))
-    answers = [_goal(induction, known, number, seconds, drawn) for induction, number in asked]
+    answers = [_goal(induction, known, number, seconds, drawn, cells) for induction, number in asked]
     verdict = _combined([v for v, _, _ in answers])
     parts = tuple(p for _, _, found in answers for p in found)
     if isinstance(verdict, Unknown):
         return Evidence(verdict, parts, METHOD, flowpipe=next((d for d in drawn if d is not None), None))
     word = "proved" if isinstance(verdict, Proved) else "refuted"
-    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, [e for _, e, _ in answers], None))
+    return Evidence(verdict, parts, METHOD, certificate(claim.name, word, [e for _, e, _ in answers], None), cells)
 
 
 def _combined(verdicts: list[Verdict]) -> Verdict:
@@ -93,9 +97,9 @@ def _conditions(spec: Spec, claim: Claim) -> tuple[Expr, ...]:
 
 
 def _goal(
-    induction: Induction, known: Hashes, number: int, seconds: float, drawn: list[Json]
+    induction: Induction, known: Hashes, number: int, seconds: float, drawn: list[Json], cells: dict[str, Json]
 ) -> tuple[Verdict, Json, list[PartResult]]:
-    """The verdict on a goal, its entry, its parts; what a figure shows of one that is open goes to `drawn`."""
+    """The verdict on a goal, its entry, its parts; figures of open ones go to `drawn`, recorded flows to `cells`."""
     induction.check()
     start = admissible(induction)
     if start is None:
@@ -103,6 +107,8 @@ def _goal(
     shown = _quickly(induction)
     if not shown.is_proved():
         refuted = _refuted(induction, shown, known, number)
+        if refuted is None and isinstance(start, Bracketed):
+            refuted = _rooted(induction, known, number, cells)
         if refuted is not None:
             return refuted
         shown = _shown(induction, shown, seconds)
@@ -131,6 +137,22 @@ def _refuted(
         return None
     entry = {"kind": "flow_run", "run": run_json(found), "hash": known.part(told, "flow", found.mode, "")}
     return verdict, entry, [PartResult(number, "flow", found.mode, "", f"flow of mode {found.mode}", verdict, found)]
+
+
+def _rooted(
+    induction: Induction, known: Hashes, number: int, cells: dict[str, Json]
+) -> tuple[Verdict, Json, list[PartResult]] | None:
+    """A run from a start without rational values that violates the goal, and its record."""
+    found = by_rooted_run(induction)
+    if found is None:
+        return None
+    told, run = known.goal(induction.claim, induction.goal), found.run
+    verdict: Verdict = Refuted() if induction.goal.kind == "always" else Proved()
+    entry = {**found.entry, "hash": known.part(told, "flow", run.mode, "")}
+    if found.flow is not None:
+        entry["flow"] = record_name(induction.claim.name, number)
+        cells[entry["flow"]] = found.flow
+    return verdict, entry, [PartResult(number, "flow", run.mode, "", f"flow of mode {run.mode}", verdict, run)]
 
 
 def _start_refuting(induction: Induction, failed: set[str]) -> Start | None:
@@ -200,10 +222,14 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
     return Shown(induction, formulas, parts)
 
 
-def _start_json(induction: Induction, start: Start | Exact) -> Json:
+def _start_json(induction: Induction, start: Admissible) -> Json:
     """A start, as certificates name it."""
     ends = {n: low for n, (low, _) in induction.params.items()}
     states = [v.name for v in induction.automaton.vars]
+    if isinstance(start, Bracketed):
+        told = start_json(start.mode, start.point, {n: start.point.get(n, ends[n]) for n in ends})
+        roots = {v: [rational_text(q) for q in pair] for v, pair in start.roots.items()}
+        return {**told, "values": {v: roots[v] if v in roots else told["values"][v] for v in states}}
     if isinstance(start, Start):
         return start_json(
             start.mode, {v: start.point[v] for v in states}, {n: start.point.get(n, ends[n]) for n in ends}
@@ -213,7 +239,7 @@ def _start_json(induction: Induction, start: Start | Exact) -> Json:
     return {"mode": start.mode, "values": {v: told[v] for v in states}, "params": known}
 
 
-def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Start | Exact) -> Json:
+def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Admissible) -> Json:
     claim, goal = shown.induction.claim, shown.induction.goal
     told = known.goal(claim, goal, used) if used else known.goal(claim, goal)
     parts = [

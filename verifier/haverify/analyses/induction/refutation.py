@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from random import Random
 from typing import Any
 
+from haverify.analyses.induction.brackets import Bracketed, bracketed
 from haverify.analyses.induction.points import TRIES, Point, certainly, exactly, farthest, satisfying
 from haverify.analyses.induction.runs import compiled, violated, walk
+from haverify.analyses.synthesis.samples import branches, inside
 from haverify.analyses.synthesis.starts import exact_points
 from haverify.evidence.run import Run
 from haverify.maths.polynomial import Polynomial
@@ -54,7 +56,10 @@ class Exact:
     point: dict[str, Polynomial]
 
 
-def admissible(induction: Induction) -> Start | Exact | None:
+Admissible = Start | Exact | Bracketed
+
+
+def admissible(induction: Induction) -> Admissible | None:
     """An admissible start, None where none was found."""
     found = next(starts(induction, more=False), None)
     if found is not None:
@@ -66,6 +71,20 @@ def admissible(induction: Induction) -> Start | Exact | None:
         point = exactly(told, names)
         if point is not None:
             return Exact(mode, point)
+        between = _between_numbers(induction, told, names, mode)
+        if between is not None:
+            return between
+    return None
+
+
+def _between_numbers(induction: Induction, told: Premises, names: list[str], mode: str) -> Bracketed | None:
+    """A start with variables that only brackets can tell."""
+    variables = {v.name for v in induction.automaton.vars if v.type == "real"}
+    for literals in branches(told.entries) if not told.functions.known else ():
+        for near in inside(literals, names, TRIED):
+            for found in bracketed(told, names, dict(zip(names, map(float, near), strict=True)), mode):
+                if found.roots.keys() <= variables:
+                    return found
     return None
 
 
@@ -213,9 +232,7 @@ def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     from haverify.analyses.hybrid.question import question_of
     from haverify.analyses.hybrid.runs import by_a_run
 
-    spec, automaton, claim = _alone(induction, start)
-    if induction.limit is None:
-        claim = replace(claim, time=Expr("num", (span,)))
+    spec, automaton, claim = alone(induction, start.mode, {n: (q, q) for n, q in start.point.items()}, span)
     try:
         goal = claim.goals[0]
         model = hybrid_model(spec, automaton, [goal.condition])
@@ -229,16 +246,24 @@ def _enclosed(induction: Induction, start: Start, span: Q) -> Run | None:
     return Run(start.mode, values, params, (), run.last)
 
 
-def _alone(induction: Induction, start: Start) -> Any:
-    """Spec, automaton and claim with the mode of a start alone; its edges are not urgent, so a run may stay."""
+def alone(induction: Induction, mode: str, ends: Mapping[str, tuple[Q, Q]], span: Q) -> Any:
+    """Spec, automaton and claim with a mode and starts in it alone; its edges are not urgent, so a run may stay.
+
+    A claim without a horizon speaks of the first `span` seconds.
+    """
+
+    def given(name: str) -> Range:
+        low, high = ends.get(name, induction.params.get(name, (Q(0), Q(0))))
+        return Range(Expr("num", (low,)), Expr("num", (high,)))
 
     def fixed(params: tuple[Param, ...]) -> tuple[Param, ...]:
-        ends = {p.name: Expr("num", (start.point.get(p.name, induction.params[p.name][0]),)) for p in params}
-        return tuple(replace(p, range=Range(ends[p.name], ends[p.name])) for p in params)
+        lows = {p.name: ends.get(p.name, induction.params[p.name])[0] for p in params}
+        return tuple(replace(p, range=Range(*[Expr("num", (lows[p.name],))] * 2)) for p in params)
 
     a = induction.automaton
-    assigns = tuple(Assign(v.name, Expr("num", (start.point[v.name],))) for v in a.vars)
-    mode = replace(induction.mode(start.mode), terminal=False)
-    alone = replace(a, modes=(mode,), edges=(), init=(Init(start.mode, TRUE, assigns),), params=fixed(a.params))
+    assigns = tuple(Assign(v.name, given(v.name)) for v in a.vars)
+    only = replace(induction.mode(mode), terminal=False)
+    automaton = replace(a, modes=(only,), edges=(), init=(Init(mode, TRUE, assigns),), params=fixed(a.params))
     claim = replace(induction.claim, goals=(induction.goal,))
-    return replace(induction.spec, params=fixed(induction.spec.params)), alone, claim
+    claim = claim if induction.limit is not None else replace(claim, time=Expr("num", (span,)))
+    return replace(induction.spec, params=fixed(induction.spec.params)), automaton, claim

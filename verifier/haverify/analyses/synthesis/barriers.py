@@ -124,9 +124,8 @@ def cones_of(
     degree = shape.multipliers if is_flow else max([shape.degree, *(q.polynomial.total_degree() for q in premises)])
     degree += degree % 2
     found: list[Cone | Free] = [Cone((k,), tag, tuple(monomials(names, degree // 2)))]
-    for i, p in enumerate(
-        _squeezed([-q.polynomial for q in premises if q.op in ("<", "<=") and q.polynomial.variables])
-    ):
+    bounds = [-q.polynomial for q in premises if q.op in ("<", "<=") and q.polynomial.variables]
+    for i, p in enumerate(_squeezed(bounds, names)):
         room = degree - degree_in(p, set(names))
         if room >= 0:
             found.append(Cone((k, i), p * tag * constant(_size(p)), tuple(monomials(names, room // 2))))
@@ -137,14 +136,14 @@ def cones_of(
     return found
 
 
-def _squeezed(bounds: Sequence[Polynomial]) -> list[Polynomial]:
-    """Polynomials that are at least 0; two that bound one quantity from both sides are replaced by their product."""
+def _squeezed(bounds: Sequence[Polynomial], names: tuple[str, ...]) -> list[Polynomial]:
+    """Polynomials that are at least 0; two that bound a quantity of `names` from both sides become their product."""
     found = []
     left = list(dict.fromkeys(bounds))[-MOST_PREMISES:]
     while left:
         p = left.pop(0)
         other = next((q for q in left if ((p + q).constant or 0) > 0), None)
-        if other is not None and p.total_degree() == 1:
+        if other is not None and p.total_degree() == 1 and set(p.variables) <= set(names):
             left.remove(other)
             found.append(p * other)
         else:

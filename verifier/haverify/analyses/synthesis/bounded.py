@@ -97,12 +97,12 @@ def _bounded(search: Search, p: Polynomial, levels: tuple[Level, ...] = MEDIUM) 
         if search.attempt([below(p, value, "==")], levels):
             return
     for sign, top in ((1, high), (-1, -low)):
-        for c in _between(search, p.scaled(Fraction(sign)), top):
+        for c in between(search, p.scaled(Fraction(sign)), top):
             if search.attempt([below(p.scaled(Fraction(sign)), c)], levels):
                 break
 
 
-def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
+def between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
     """Bounds above the starts' greatest value, those below the least value of the unsafe states first."""
     spread = max(abs(top), 1e-3)
     for case in branches([*search.premises().entries, negation(search.system.goal)], 6):
@@ -117,7 +117,7 @@ def _between(search: Search, p: Polynomial, top: float) -> Iterator[Fraction]:
 def boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
     """The greatest part of many bounds that the flow keeps as a whole, strictly."""
     found: list[Literal] = []
-    for p in [*shapes(search.system)[:12], *_ramps(search)]:
+    for p in [*shapes(search.system)[:12], *ramps(search)]:
         found += _bounds(search, p)
     found = [q for q in dict.fromkeys(found) if fits(q, search.samples)]
     premises = search.premises()
@@ -132,7 +132,7 @@ def boxes(search: Search, levels: tuple[Level, ...] = CHEAP) -> None:
         search.attempt(found, levels)
 
 
-def _ramps(search: Search) -> Iterator[Polynomial]:
+def ramps(search: Search) -> Iterator[Polynomial]:
     """Names less what they gain at most, in the sampled states, with a clock of the system; and the reverse."""
     field, samples = search.system.field, search.samples
     clocks = [v for v, p in field.items() if p.constant == 1 and v != "time"]

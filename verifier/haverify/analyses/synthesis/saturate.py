@@ -10,6 +10,7 @@ from time import process_time
 
 from haverify.analyses.synthesis.bounded import boxes, decreasing, integrals, rounds, traps
 from haverify.analyses.synthesis.candidates import leaves
+from haverify.analyses.synthesis.glances import glances
 from haverify.analyses.synthesis.keep import keep
 from haverify.analyses.synthesis.samples import Samples, sample
 from haverify.analyses.synthesis.search import CHEAP, DEAR, MEDIUM, Search, linked_names
@@ -17,6 +18,7 @@ from haverify.analyses.synthesis.separated import FIRST, LATER, barriers
 from haverify.analyses.synthesis.signed import constants, equations, goal_itself, higher, signs
 from haverify.analyses.synthesis.system import Cut, System
 from haverify.analyses.synthesis.used import used
+from haverify.analyses.synthesis.weighed import weighed
 from haverify.obligations.formula import Formula, Literal, conjunction, negation, variables
 from haverify.obligations.premises import Premises, members
 from haverify.solvers.positivity.levels import Level
@@ -115,11 +117,13 @@ STAGES: tuple[tuple[Callable[[Search], None], tuple[Level, ...], float], ...] = 
     (equations, CHEAP, 0.1),  # and the greatest share of the time
     (constants, CHEAP, 0.1),
     (goal_itself, CHEAP, 0.1),
+    (glances, CHEAP, 0.1),
     (integrals, MEDIUM, 0.2),
     (rounds, MEDIUM, 0.1),
     (signs, MEDIUM, 0.25),
     (boxes, MEDIUM, 0.2),
     (decreasing, MEDIUM, 0.15),
+    (weighed, MEDIUM, 0.1),
     (traps, MEDIUM, 0.1),
     (higher, MEDIUM, 0.2),
     (lambda s: barriers(s, FIRST), DEAR, 0.4),

@@ -13,8 +13,8 @@ from haverify.analyses.synthesis.search import Search
 from haverify.obligations.formula import Literal
 from haverify.solvers.positivity.levels import AFFINE, HIGHER, SQUARES
 
-RATES = (Fraction(0), Fraction(-1), Fraction(1), Fraction(-5), Fraction(-1, 10))
-FIRST = tuple(Shape(d, d + 2, r) for d in (2, 4) for r in RATES)
+RATES = (Fraction(0), Fraction(-1), Fraction(1), Fraction(-1, 4), Fraction(-5), Fraction(-1, 10))
+FIRST = tuple(Shape(d, d + more, r) for d, more in ((2, 0), (2, 2), (4, 2)) for r in RATES)
 LATER = tuple(Shape(d, d + 4, r) for d in (2, 4, 6) for r in RATES)
 
 

@@ -30,7 +30,7 @@ def exact_points(entries: Sequence[Formula], names: Sequence[str]) -> Iterator[P
 
 def _solved(equations: Sequence[Polynomial], rounded: Point) -> Point | None:
     """The point moved onto the equations, most of them solved for a name of their own; None where that fails."""
-    left = _pivots(equations)
+    left = pivots(equations)
     point = {v: q for v, q in rounded.items() if v not in left}
     while left:
         name = next((v for v, e in left.items() if all(w == v or w in point for w in e.variables)), None)
@@ -43,7 +43,7 @@ def _solved(equations: Sequence[Polynomial], rounded: Point) -> Point | None:
     return point
 
 
-def _pivots(equations: Sequence[Polynomial]) -> dict[str, Polynomial]:
+def pivots(equations: Sequence[Polynomial]) -> dict[str, Polynomial]:
     """Equations by a name of low degree that is in few of them; an equation without a name of its own is left out."""
     found: dict[str, Polynomial] = {}
     for e in sorted(equations, key=lambda p: len(p.variables)):
