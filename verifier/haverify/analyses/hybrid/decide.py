@@ -35,7 +35,7 @@ from haverify.text.record import record, replace
 Json = Any
 METHOD = "taylor-reach"
 Q = Fraction
-RECORDED = ("always", "can_reach")
+RECORDED = ("always", "can_reach", "reach")
 USUAL = Q(1)
 
 
@@ -151,8 +151,8 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     """The verdict that a run shows."""
     kind, shown = question.asked.kind, {"kind": "flow_run", "run": run_json(run)}
     piece = question.shown[0]
-    is_recorded = _may_be_recorded(question) and not run.steps
-    record = run_record(question, piece.start, piece.box, run.last) if is_recorded else None
+    until = question.asked.last if kind == "reach" else sum((s.dwell for s in run.steps), run.last)
+    record = run_record(question, piece.start, piece.box, until) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)
     return Answer(Refuted(), "violated" if kind == "always" else "never met", shown, run, record=record)

@@ -216,7 +216,7 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     looks = LOOKS * DRIVEN if any(driven for _, driven, *_ in question.modes) else LOOKS
-    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, horizon * 1e-9, STEPS, 4)
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, STEPS, 4)
     settings = tuned(settings, question.claim, wide)
     return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings
 

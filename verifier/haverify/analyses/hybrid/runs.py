@@ -194,7 +194,7 @@ def _passage(model: HybridModel, s: Stretch, edge: str | None, time: Pair, state
     names = [v.name for v in model.automaton.vars]
     known = dict(zip(names, states, strict=False)) | {n: (float(q), float(q)) for n, q in model.discrete(s.mode)}
     ends = tuple((v, *known[v]) for v in model.variables if v in known)
-    return Passage(model.places[s.mode].mode, edge, time, ends)
+    return Passage(model.places[s.mode].mode, edge, (max(time[0], 0.0), time[1]), ends)
 
 
 def _is_jump(model: HybridModel, tree: Sequence[Stretch], number: int) -> bool:
