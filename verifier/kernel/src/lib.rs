@@ -38,6 +38,7 @@ pub mod robustness;
 pub mod roots;
 pub mod rounding;
 pub mod rules;
+pub mod runs;
 pub mod series;
 pub mod sets;
 pub mod signal;
@@ -45,6 +46,7 @@ pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
 mod spreading;
+mod step;
 pub mod stepping;
 pub mod sweep;
 pub mod tree;
