@@ -122,16 +122,16 @@ class Field:
     def _turn(self, frame: Block, undone: Block, found: tuple[list[Block], Matrix]) -> Turn:
         """The series of `U' = h Df U` and of `V' = -h V Df` from a frame and its inverse; how far they are off.
 
-        What U' is, and what h Df U is, agree but for rounding up to a power of t.
+        What U' is, and what h Df U is, agree up to a power of t but for rounding: k units at most in each part at t^k.
         """
         (slopes, left_out), bits, top, n = found, self.coarse.bits, self.coarse.time, len(frame.rest)
         there, back = [frame], [undone]
         apart = [size(added([product(undone, frame, bits), unit(n, bits, -1)]))]
-        rest = [[[top * (top + 1)] * n] * n]
+        rest = []
         for k in range(2 * top + 1):
             rates = term(slopes, there, k, bits)
             if k < top:
-                rest.append(rates.rest)
+                rest.append([[c + k * len(rates.parts) for c in row] for row in rates.rest])
                 there.append(_divided(rates, k + 1))
                 back.append(_divided(term(back, slopes, k, bits), -k - 1))
             else:
