@@ -1,6 +1,8 @@
 # `make demo` runs the main job, `make test` the tests; both set up everything they need in .venv.
 PYTHON ?= python3
 VENV   := .venv
+OPENSIM := .venv-opensim
+HEYOKA := .venv-heyoka
 BIN    := $(VENV)/bin
 CRATE  := verifier/kernel/Cargo.toml
 STAMP  := $(VENV)/.installed
@@ -14,7 +16,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # Times of files can lie (a restored backup, a library deleted by hand); interval.py compares contents.
 FRESH := $(shell $(BIN)/python -c 'import haverify.maths.interval' 2>/dev/null && echo yes)
 
-.PHONY: all demo test lint bench bench-reach bench-sim bench-invariants soak clean stale
+.PHONY: all demo test lint bench bench-reach bench-sim bench-invariants test-opensim soak clean stale
 all: $(STAMP)
 
 # Python edits apply at once; an edit of the kernel makes the stamp old, and interval.py refuses an old kernel.
@@ -52,19 +54,30 @@ bench-reach: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	$(BIN)/python -m tests.bench.reach
 
-# Simulated runs beside scipy: errors and speed, half a minute.
+# Simulated runs beside scipy and heyoka, which has an environment of its own (104 MB are downloaded once): two minutes.
 bench-sim: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
-	$(BIN)/python -m tests.bench.simulation
+	test -x $(HEYOKA)/bin/python || $(PYTHON) -m venv $(HEYOKA)
+	$(HEYOKA)/bin/python -m pip install --quiet heyoka==7.13.2
+	$(HEYOKA)/bin/python tests/bench/heyoka_runs.py > $(HEYOKA)/runs.json
+	$(BIN)/python -m tests.bench.simulation $(HEYOKA)/runs.json
+
+# A simulated motion read back by OpenSim's own readers, in an environment of its own (72 MB are downloaded once).
+test-opensim: $(STAMP)
+	test -x $(OPENSIM)/bin/python || $(PYTHON) -m venv $(OPENSIM)
+	$(OPENSIM)/bin/python -m pip install --quiet opensim==4.6
+	$(BIN)/haverify simulate spec/gait.ha --mot $(OPENSIM)/out.mot --csv $(OPENSIM)/out.csv
+	$(OPENSIM)/bin/python tests/peers/opensim_reads.py $(OPENSIM)/out.mot $(OPENSIM)/out.csv
 
 # Continuous safety problems; `make bench-invariants PROBLEMS="--seconds 20 --only nl_0"` for some of them, with less time.
 bench-invariants: $(STAMP)
 	@$(BIN)/python -m compileall -q verifier
 	PYTHONPATH=verifier:. $(BIN)/python -m tests.peers.hstp $(PROBLEMS)
 
-# 100,000 sampled runs of each problem against the enclosures; a hundredth of it is among the tests.
+# 100,000 sampled runs of each problem against the enclosures; a hundredth of it is among the tests. Threads of the linear
+# algebra would wait for each other in loops and double the work.
 soak: $(STAMP)
-	$(BIN)/python -m tests.soak
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.soak
 
 clean:
-	rm -rf $(VENV) reports verifier/kernel/target verifier/haverify/*.so .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(OPENSIM) $(HEYOKA) reports verifier/kernel/target verifier/haverify/*.so .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,13 +1,20 @@
-"""Simulated runs beside scipy: how exact, how fast. `make bench-sim`."""
+"""Simulated runs beside scipy and heyoka: how exact, how fast. `make bench-sim`.
+
+Relative errors are against runs of heyoka in 80 bits (heyoka_runs.py, in an environment of its own), which start from
+the same doubles. Times are of the processor, without making the integrators.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 import random
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -16,9 +23,12 @@ from haverify.elaborate.elaborate import elaborate
 from haverify.run.load import load
 from haverify.simulate.draws import Drawing
 from haverify.simulate.model import SimulatedAutomaton
+from haverify.simulate.orbits import orbit_of
 from haverify.simulate.run import Settings, followed, plan_of
 
 SAMPLES = Path(__file__).parents[1] / "samples"
+ORBITS = Path(__file__).parents[1] / "peers" / "orbits"
+Json = Any
 TIGHT = 1e-12
 RUNS, THEIRS = 4000, 10
 
@@ -34,7 +44,6 @@ automaton Orbit {
     v' = y - 2 * u - (1 - mu) * y / d1 - mu * y / d2 } }
 }
 """
-PERIOD = 17.0652165601579625588917206249
 KEPLER = """spec "Kepler" version "1.0" unitless
 automaton Orbit {
   var x; var y; var u; var v
@@ -68,19 +77,19 @@ def loaded(path: Path) -> SimulatedAutomaton:
     return SimulatedAutomaton(spec, spec.automata[0])
 
 
-def ours(text: str, until: float) -> tuple[list[float], float, int]:
-    """The state at a time, seconds, steps."""
+def ours(text: str, until: float) -> tuple[list[float], float]:
+    """The state at a time, seconds."""
     model = model_of(text)
-    draw = Drawing(model, until).nominal()
+    plan = plan_of(Drawing(model, until).nominal(), Settings(until, steps=10_000_000))
     start = process_time()
-    run = followed(model, draw, Settings(until))
-    return run.state[: len(model.automaton.vars)], process_time() - start, run.steps
+    [(_, _, _, _, state)] = model.kernel.ends([plan])
+    return state[: len(model.automaton.vars)], process_time() - start
 
 
-def theirs(field: Field, first: list[float], until: float, method: str = "DOP853") -> tuple[list[float], float, int]:
+def theirs(field: Field, first: list[float], until: float) -> tuple[list[float], float]:
     start = process_time()
-    found = solve_ivp(field, (0.0, until), first, method=method, rtol=TIGHT, atol=TIGHT)
-    return [float(x) for x in found.y[:, -1]], process_time() - start, int(found.t.size)
+    found = solve_ivp(field, (0.0, until), first, method="DOP853", rtol=TIGHT, atol=TIGHT, t_eval=[until])
+    return [float(x) for x in found.y[:, -1]], process_time() - start
 
 
 def arenstorf(_: float, s: Sequence[float]) -> list[float]:
@@ -102,33 +111,112 @@ def van_der_pol(_: float, s: Sequence[float]) -> list[float]:
     return [y, 1000 * (1 - x * x) * y - x]
 
 
-def compared(name: str, text: str, field: Field, first: list[float], until: float, expected: list[float]) -> None:
-    """One line: relative errors, and how much longer scipy takes."""
-
-    def error(found: list[float]) -> float:
-        return float(np.linalg.norm(np.subtract(found, expected)) / np.linalg.norm(expected))
-
-    mine, seconds, steps = ours(text, until)
-    other, their_seconds, their_steps = theirs(field, first, until)
-    ratio = their_seconds / max(seconds, 1e-9)
-    print(f"{name:22} {error(mine):10.1e} {error(other):10.1e} {steps:8} {their_steps:8} {ratio:9.0f} x")
+def number(pair: Sequence[float]) -> np.longdouble:
+    return np.longdouble(pair[0]) + np.longdouble(pair[1])
 
 
-def accuracy() -> None:
-    print(f"{'':22} {'error':>10} {'DOP853':>10} {'steps':>8} {'DOP853':>8} {'DOP853 / ours':>11}")
+def apart(found: Sequence[float], exact: Sequence[Sequence[float]]) -> float:
+    """How far a state is from the exact one, of its size."""
+    true = np.array([number(x) for x in exact])
+    return float(
+        np.linalg.norm((np.array(found, dtype=np.longdouble) - true).astype(float)) / np.linalg.norm(true.astype(float))
+    )
+
+
+def line(name: str, errors: Sequence[float], seconds: Sequence[float]) -> None:
+    """Errors of ours, DOP853 and heyoka, our time, and how many times as long the others take."""
+    ratios = [f"{s / max(seconds[0], 1e-9):9.2f} x" for s in seconds[1:]]
+    print(f"{name:30}" + "".join(f"{e:10.1e}" for e in errors) + f"{seconds[0]:10.4f}" + "".join(ratios), flush=True)
+
+
+def compared(name: str, text: str, field: Field, first: list[float], peer: Json) -> None:
+    mine, seconds = ours(text, peer["until"])
+    other, their_seconds = theirs(field, first, peer["until"])
+    errors = [apart(x, peer["exact"]) for x in (mine, other, [number(x) for x in peer["state"]])]
+    line(name, errors, [seconds, their_seconds, peer["seconds"]])
+
+
+def accuracy(peers: Json) -> None:
+    print(f"{'relative error':30}{'own':>10}{'DOP853':>10}{'heyoka':>10}{'own s':>10}{'DOP853':>11}{'heyoka':>11}")
     first = [0.994, 0.0, 0.0, -2.00158510637908252240537862224]
-    compared("Arenstorf, one orbit", ARENSTORF, arenstorf, first, PERIOD, first)
-    round_trip = [0.5, 0.0, 0.0, math.sqrt(3)]
-    compared("Kepler, e = 0.5, 50 orbits", KEPLER, kepler, round_trip, 100 * math.pi, round_trip)
-    reference = theirs(van_der_pol, [2.0, 0.0], 20.0, "Radau")[0]
-    compared("Van der Pol 1000, t = 20", VAN_DER_POL, van_der_pol, [2.0, 0.0], 20.0, reference)
+    compared("Arenstorf, one orbit", ARENSTORF, arenstorf, first, peers["arenstorf"])
+    compared("Kepler, e = 0.5, 50 orbits", KEPLER, kepler, [0.5, 0.0, 0.0, math.sqrt(3)], peers["kepler"])
+    relaxed = peers["van_der_pol"]
+    compared(f"Van der Pol 1000, t = {relaxed['until']:g}", VAN_DER_POL, van_der_pol, [2.0, 0.0], relaxed)
+    walker(peers["walker"])
+
+
+def walker(peer: Json) -> None:
+    """The simplest walker for as many steps as the peer took: states, and the times of all strikes."""
+    model, count = loaded(ORBITS / "simplest_walker.ha"), len(peer["times"])
+    plan = plan_of(Drawing(model, 1000.0).nominal(), Settings(1000.0, jumps=count))
+    start = process_time()
+    model.kernel.ends([plan])
+    seconds = process_time() - start
+    jumps = model.kernel.run(plan).jumps()
+    times, state, their_seconds = walker_of_scipy(count)
+    exact = [number(t) for t in peer["exact_times"]]
+
+    def late(found: Sequence[float]) -> float:
+        return float(max(abs(np.longdouble(t) - e) / e for t, e in zip(found, exact, strict=True)))
+
+    errors = [apart(x, peer["exact"]) for x in (jumps[-1][3][:4], state, [number(x) for x in peer["state"]])]
+    line(f"walker, state after {count} steps", errors, [seconds, their_seconds, peer["seconds"]])
+    late_by = [late([j[0] for j in jumps]), late(times), late([float(number(t)) for t in peer["times"]])]
+    print(f"{'walker, times of all strikes':30}" + "".join(f"{e:10.1e}" for e in late_by))
+
+
+def walker_of_scipy(count: int) -> tuple[list[float], list[float], float]:
+    state, t, times = [0.2003, 0.4006, -0.1998, -0.0158], 0.0, list[float]()
+
+    def field(_: float, s: Sequence[float]) -> list[float]:
+        turn = math.sin(s[0] - 0.009)
+        return [s[2], s[3], turn, turn + s[2] ** 2 * math.sin(s[1]) - math.cos(s[0] - 0.009) * math.sin(s[1])]
+
+    def strike(_: float, s: Sequence[float]) -> float:
+        return s[1] - 2 * s[0] if s[0] <= -0.05 else -1.0
+
+    strike.terminal, strike.direction = True, 1.0  # type: ignore[attr-defined]
+    start = process_time()
+    while len(times) < count:
+        found = solve_ivp(field, (t, t + 20), state, method="DOP853", rtol=TIGHT, atol=TIGHT, events=strike)
+        t, (th, _, w, _) = float(found.t[-1]), found.y[:, -1]
+        c = math.cos(2 * th)
+        state = [-th, -2 * th, c * w, c * (1 - c) * w]
+        times.append(t)
+    return times, state, process_time() - start
 
 
 def zeno() -> None:
-    model = loaded(SAMPLES / "bouncing_ball.ha")
-    run = followed(model, Drawing(model, 20.0).nominal(), Settings(20.0))
-    exact = math.sqrt(2 * 10.1 / 9.81) * 1.75 / 0.25
-    print(f"Zeno point of the bouncing ball: off by {abs(run.limit - exact):.1e} s of {exact:.6g} s")
+    """Runs that stop at their Zeno points: a ball and tanks, whose limits have a closed form, and the rocking block."""
+    ball, tanks = math.sqrt(2 * 10.1 / 9.81) * 1.75 / 0.25, (1.1 + 1.1 - 2 * 0.5) / (2 * 0.01 - 0.015)
+    for name, until, exact in (
+        ("bouncing_ball", 20.0, ball),
+        ("water_tanks", 1000.0, tanks),
+        ("rocking_block", 100.0, None),
+    ):
+        model = loaded(SAMPLES / f"{name}.ha")
+        draw = Drawing(model, until).nominal()
+        start = process_time()
+        run = followed(model, draw, Settings(until))
+        known = "" if exact is None else f", off by {abs(run.limit - exact):.1e} s"
+        seconds = process_time() - start
+        print(f"Zeno point of {name}: {run.limit:.12g} s after {len(run.jumps)} jumps{known} ({seconds:.4f} s)")
+
+
+def orbits() -> None:
+    """Periodic orbits, with the seconds they take to find."""
+    for name, until in (
+        ("van_der_pol", 60.0),
+        ("simplest_walker", 60.0),
+        ("compass_gait", 40.0),
+        ("rocking_forced", 100.0),
+    ):
+        model = loaded(ORBITS / f"{name}.ha")
+        run = followed(model, Drawing(model, until).nominal(), Settings(until))
+        start = process_time()
+        found = orbit_of(run)
+        print(f"orbit of {name} ({process_time() - start:.2f} s): {found.told().partition('; ')[0]}")
 
 
 def block_of_scipy(state: list[float], r: float, until: float) -> int:
@@ -171,6 +259,7 @@ def speed() -> None:
 
 
 if __name__ == "__main__":
-    accuracy()
+    accuracy(json.loads(Path(sys.argv[1]).read_text()))
     zeno()
+    orbits()
     speed()

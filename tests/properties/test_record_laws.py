@@ -124,8 +124,8 @@ def outside(made: Flowing, field: Field, count: int) -> int:
     zs = [[numbers.uniform(-1, 1), numbers.uniform(-1, 1)] for _ in range(count)]
     sides = [(float(a + b) / 2, float(b - a) / 2) for a, b in (box["x"], box["y"])]
     runs = [(sides[0][0] + sides[0][1] * z[0], sides[1][0] + sides[1][1] * z[1]) for z in zs]
-    for step in made.steps:
-        states, h, here = record.step(here, {}, step)
+    for stay in (stay for step in made.steps for stay in record.steps(here, {}, step)):
+        states, h, here = stay.states, stay.h, stay.after
         for n, z in enumerate(zs):
             half = along(field, runs[n], norm(h) / one / 2, 40)
             runs[n] = along(field, half, norm(h) / one / 2, 40)

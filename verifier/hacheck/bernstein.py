@@ -119,6 +119,10 @@ def bounds(p: Poly, box: Box) -> Interval:
 
 def certain(op: str, p: Poly, box: Box) -> bool:
     """Is `p op 0` everywhere on the box, as far as the enclosure of its range tells?"""
+    if len(p.terms) == 1:
+        ((m, c),) = p.terms.items()
+        if all((least := box.get(v, FREE)[0]) is not None and least.numerator > 0 for v in m):
+            return sign_fits(op, c)  # no variable is 0 or below
     low, high, _ = _range(p, box)
     above, below = low is not None and low > 0, high is not None and high < 0
     if op in ("==", "!="):
@@ -220,9 +224,9 @@ def eliminate(f: Formula, v: str, box: Box) -> Formula:
     """The formula without v, literals at their worst end; where that is unknown the literal counts as false."""
 
     def worst(op: str, p: Poly) -> Formula:
-        parts = by_power(p, v)
-        if parts.keys() <= {0}:
+        if not any(v in m for m in p.terms):
             return (op, p)
+        parts = by_power(p, v)
         if parts.keys() <= {0, 1} and op in ("<", "<="):
             ends = [(sign, x) for sign, x in ((">=", box[v][1]), ("<=", box[v][0])) if x is not None]
             for sure in (certain, lambda sign, q, box: shown(literal(sign, q), box)):
@@ -249,9 +253,10 @@ def replay(tree: Any, f: Formula, box: Box, excuse: Formula = False) -> None:
     elif isinstance(tree, list) and len(tree) == 3 and tree[0] == "e" and isinstance(tree[1], list):
         small = narrowed(excuse, box)
         if small is not None:
+            small = dict(small)
             for name in tree[1]:
                 f = eliminate(f, _known(name, small), small)
-                small = {v: i for v, i in small.items() if v != name}
+                del small[name]
             replay(tree[2], f, small, excuse)
     else:
         raise Refused("a subdivision tree is malformed")

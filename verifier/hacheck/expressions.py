@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -94,7 +95,7 @@ class Instant:
         """The cases of a number, which are disjoint; a truth counts as 0 or 1."""
         spend(5)
         if isinstance(e, (str, bool)):
-            return [(False, const(number(e) if isinstance(e, str) else e), ONE)]
+            return _number(e) if isinstance(e, str) else [(False, const(e), ONE)]
         op, args = _node(e)
         if op in _LEAVES:
             return self._leaf(op, args)
@@ -166,8 +167,11 @@ class Instant:
                 raise Beyond("powers with other exponents than integers, or of quotients")
             raised = [(no, power(n, abs(int(k))), power(d, abs(int(k)))) for no, n, d in out]
             return raised if k >= 0 else [(no, d, n) for no, n, d in raised]
-        for e in args[1:]:
-            out = _few(_combine(op, a, b) for a, b in product(out, self.value(e)))
+        others = [self.value(e) for e in args[1:]]
+        if op == "+" and all(len(v) == 1 and v[0][0] is False and v[0][2] is ONE for v in (out, *others)):
+            return [(False, total([(1, v[0][1]) for v in (out, *others)]), ONE)]
+        for v in others:
+            out = _few([_combine(op, a, b) for a, b in product(out, v)])
         return out
 
     def _switch(self, op: str, args: list[Json]) -> list[Case]:
@@ -243,7 +247,8 @@ class Instant:
         if op == "not":
             return self.formula(args[0], not neg, closed)
         if op == "implies":
-            return self.formula(["or", ["not", args[0]], args[1]], neg, closed)
+            flips = zip(args, (not neg, neg), strict=True)
+            return (conj if neg else disj)(self.formula(a, n, closed) for a, n in flips)
         if op == "if":
             yes, no = self._test(args[0])
             return conj(disj([m, self.formula(a, neg, closed)]) for m, a in ((no, args[1]), (yes, args[2]))
@@ -301,7 +306,7 @@ class Instant:
 
     def _literal(self, op: str, n: Poly, d: Poly, exact: bool) -> Formula:
         """`n / d op 0` and `d != 0`."""
-        if d == ONE:
+        if d is ONE or d == ONE:
             return literal(op, n)
         for sign, q in ((">", n), ("<", scale(n, -1))):
             if bernstein.certain(sign, d, self.scope.box):
@@ -321,6 +326,11 @@ def _node(e: Json) -> tuple[str, list[Json]]:
     return e[0], e[1:]
 
 
+@cache
+def _number(text: str) -> list[Case]:
+    return [(False, const(number(text)), ONE)]
+
+
 def _few(cases: Iterable[Case]) -> list[Case]:
     """The cases that may apply."""
     out = [c for c in cases if c[0] is not True]
@@ -335,7 +345,7 @@ def _chosen(bit: Poly, yes: Poly, no: Poly) -> Poly:
 
 
 def _combine(op: str, a: Case, b: Case) -> Case:
-    no = disj([a[0], b[0]])
+    no = disj([a[0], b[0]]) if a[0] or b[0] else False
     if op == "*":
         return no, mul(a[1], b[1]), mul(a[2], b[2])
     if op == "/":

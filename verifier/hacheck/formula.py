@@ -41,11 +41,14 @@ def literal(op: str, p: Poly) -> Formula:
 def _join(word: str, neutral: bool, members: Iterable[Formula]) -> Formula:
     out: list[Formula] = []
     for f in members:
-        if f is (not neutral):
-            return f
-        if f is not neutral:
-            out.extend(f[1:] if f[0] == word else (f,))
-    return neutral if not out else out[0] if len(out) == 1 else (word, *out)
+        if f is True or f is False:
+            if f is not neutral:
+                return f
+        elif f[0] == word:
+            out += f[1:]
+        else:
+            out.append(f)
+    return (word, *out) if len(out) > 1 else out[0] if out else neutral
 
 
 def conj(members: Iterable[Formula]) -> Formula:

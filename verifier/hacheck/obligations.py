@@ -96,6 +96,13 @@ class Question:
         if (self.limit is not None and self.limit < max(0, self.after or 0)) or (self.jumps or 0) < 0:
             raise Refused("the claim speaks of no instant")
 
+    def ends(self, window: list[Json]) -> list[Fraction]:
+        """The two ends of a window."""
+        found = [self._time(e) for e in window]
+        if not 0 <= found[0] <= found[1]:
+            raise Refused("a window holds no instant, or one before the start")
+        return found
+
     def _time(self, e: Json) -> Fraction:
         q = constant(self.scope.base.poly(e))
         if q is None:
@@ -167,7 +174,7 @@ class Question:
             return verdict, [("", "", verdict)]
         if kind == "flowpipe" and self.claim["inductive"]:
             raise Beyond("flowpipes do not show that an invariant is inductive")
-        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach"):
+        if kind in ("flowpipe", "flow_run") and aim in ("always", "can_reach", "reach", "stl"):
             from hacheck.along import shown_along
 
             return shown_along(self, entry)
@@ -220,10 +227,7 @@ class Question:
 
     def _excuse(self, cells: Cells, at: Instant) -> Formula:
         """Nothing is claimed: an assumption fails, or it is too early or too late (S20)."""
-        mode = self.scope.modes[str(at.mode)]
-        if mode["terminal"] and self._timed(mode["lets"]):
-            raise Beyond("time in a claim about a terminal mode")
-        early = not mode["terminal"] and cells.late(self.after, "<")
+        early = not self.scope.modes[str(at.mode)]["terminal"] and cells.late(self.after, "<")
         return disj([*(at.formula(a, True) for a in self.assume), cells.late(self.limit), early])
 
     def _prove(self, cells: Cells, part: Part, proof: list[Json]) -> None:
@@ -235,9 +239,12 @@ class Question:
         jump = part.kind == "jump"
         mode = self.model.edges[part.place]["source"] if jump else part.place
         at = self.model.landing(part.place) if jump else self.scope.identity(mode)
-        claimed, excuse = self._claimed(part), self._excuse(cells, at)
+        claimed = self._claimed(part)
+        if self.scope.modes[str(at.mode)]["terminal"] and self._timed(self.scope.modes[str(at.mode)]["lets"]):
+            raise Beyond("time in a claim about a terminal mode")
         mine = [cells.cells[i] for i in cells.by_mode[mode]]
         if part.kind == "stuck":
+            excuse = self._excuse(cells, at)
             for c in mine:
                 self._show(c, disj([self.model.outside(mode), cells.past(c), excuse, claimed]), c.stay)
             return
@@ -250,7 +257,7 @@ class Question:
             needless = crossed is None and tree is None
             if not needless and not self._plainly(tree, c, claimed, crossed):
                 gone = cells.untaken(c, part.place) if jump else disj([self.model.outside(mode), cells.past(c)])
-                self._tree(tree, c, claimed, disj([gone, excuse]))
+                self._tree(tree, c, claimed, disj([gone, self._excuse(cells, at)]))
 
     def _plainly(self, tree: Json, c: Cell, claimed: Formula, crossed: bernstein.Box | None) -> bool:
         """Is the claim shown without looking at excuses (on where an edge crosses), as it often is?"""

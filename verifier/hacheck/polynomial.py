@@ -20,14 +20,16 @@ class Poly(NamedTuple):
     bits: int  # what the longest coefficient and the unit take together
 
 
+_LENGTH = int.bit_length
+
+
 def _made(terms: dict[Mono, int], unit: int) -> Poly:
     """A polynomial in lowest terms, unless its numbers are too long."""
     if not all(terms.values()):
         terms = {m: c for m, c in terms.items() if c}
-    common = gcd(unit, *terms.values()) if unit > 1 else 1
-    if common > 1:
+    if unit > 1 and (common := gcd(unit, *terms.values())) > 1:
         terms, unit = {m: c // common for m, c in terms.items()}, unit // common
-    bits = unit.bit_length() + max(map(int.bit_length, terms.values()), default=0)
+    bits = unit.bit_length() + (max(map(_LENGTH, terms.values())) if terms else 0)
     spend(len(terms) + 1 + (len(terms) * bits * bits >> 20))
     if bits > MAX_BITS:
         raise Beyond("numbers grow beyond what the checker allows")
@@ -55,7 +57,7 @@ def constant(p: Poly) -> Fraction | None:
 
 def names(p: Poly) -> set[str]:
     """The variables that occur."""
-    return {v for m in p.terms for v in m}
+    return set().union(*p.terms)
 
 
 def total(summands: Iterable[tuple[int, Poly]], divisor: int = 1) -> Poly:
@@ -161,6 +163,6 @@ class Env(dict[str, Poly]):
 
 def substitute(p: Poly, env: Env) -> Poly:
     """`p` with variables replaced at once."""
-    if env.keys().isdisjoint(names(p)):
+    if all(map(env.keys().isdisjoint, p.terms)):
         return p
     return total([(c, env.image(m)) for m, c in p.terms.items()], p.unit)

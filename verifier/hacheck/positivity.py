@@ -121,7 +121,8 @@ class Premises:
         """All entries with names replaced; they keep their places."""
         out = Premises(self.functions)
         put = self.functions.substitute
-        out.entries = [replace(replace(f, lambda op, p: literal(op, put(p, env))), primitive) for f in self.entries]
+        new = (replace(replace(f, lambda op, p: literal(op, put(p, env))), primitive) for f in self.entries)
+        out.entries = [_distinct(f) for f in new]
         out._seen = set(map(_key, out.entries))
         return out
 

@@ -17,7 +17,7 @@ from hacheck.tubes import Field, Front
 
 Json = Any
 Ends = tuple[Fraction, Fraction]
-GUARD, COARSE_TIME, MOST_MOVING = 16, 4, 16
+GUARD, COARSE_TIME, MOST_MOVING, MOST_BENT, HALVINGS = 16, 4, 16, 64, 6
 
 
 class Here(NamedTuple):
@@ -26,6 +26,18 @@ class Here(NamedTuple):
     mode: str
     front: Front
     time: Model
+
+
+class Stay(NamedTuple):
+    """What encloses all solutions during a step, its length, where they are before and after it.
+
+    The length may depend on the set: states of the set go the same ways at paces of their own.
+    """
+
+    states: dict[str, Model]
+    h: Model
+    before: Here
+    after: Here
 
 
 class Record:
@@ -43,10 +55,10 @@ class Record:
         self.monomials = [self._monomial(m) for m in data["monomials"]]
         if len(set(self.monomials)) < len(self.monomials):
             raise Refused("a recorded flow has a monomial twice")
-        most, coarse = max([degree(m) for m in self.monomials], default=0), 2 if len(self.set) <= 3 else 1
+        most = max([degree(m) for m in self.monomials], default=0)
         bits, self.order = whole(data["bits"], 8, 120) + GUARD, whole(data["order"], 1, HIGHEST)
-        self.space = Space(bits, self.order, max(most, coarse))
-        self.coarse = Space(bits, min(COARSE_TIME, self.order), coarse)
+        self.space = Space(bits, self.order, max(most, 1))
+        self.coarse = Space(bits, min(COARSE_TIME, self.order), int(len(self.moving) * len(self.set) <= MOST_BENT))
         self._fields: dict[str, Field] = {}
         self._known: dict[tuple[int, ...], tuple[Any, Any]] = {}
         self._starts: dict[tuple[str, tuple[tuple[str, Ends], ...]], Here] = {}
@@ -105,30 +117,50 @@ class Record:
         radii = [norm(add(states[v], centre[v], -1)) for v in self.moving]
         return Here(mode, self.field(mode).front(centre, radii), time)
 
-    def step(self, here: Here, params: Mapping[str, Model], step: Json) -> tuple[dict[str, Model], Model, Here]:
-        """What encloses all solutions during a step, its length, and where they are at its end.
-
-        The length may depend on the set: states of the set go the same ways at paces of their own.
-        """
-        found: tuple[dict[str, Model], Model, Here] = self.once(lambda: self._step(here, params, step), here, step)
+    def steps(self, here: Here, params: Mapping[str, Model], step: Json) -> list[Stay]:
+        """A recorded step, in one part or as many halves as it takes to bound its errors."""
+        found: list[Stay] = self.once(lambda: self._steps(here, params, step), here, step)
         return found
 
-    def _step(self, here: Here, params: Mapping[str, Model], step: Json) -> tuple[dict[str, Model], Model, Here]:
-        h, moving = Model({0: self._terms(step["h"] if isinstance(step["h"], list) else [step["h"]])}, 0), self.moving
+    def _steps(self, here: Here, params: Mapping[str, Model], step: Json) -> list[Stay]:
+        h = Model({0: self._terms(step["h"] if isinstance(step["h"], list) else [step["h"]])}, 0)
         if bounds(h)[0] <= 0:
             raise Refused("a recorded step does not go forwards")
-        clock = add(here.time, Model({1: h.parts[0]}, 0))
-        paths = {v: self._path(here.front.centre[v], c) for v, c in zip(moving, step["x"], strict=True)}
-        env = {**params, "time": clock, **paths}
-        off, front = self.field(here.mode).step(here.front, env, h)
-        states = {**env, **{v: widened(env[v], r) for v, r in zip(moving, off, strict=True)}}
-        return states, h, Here(here.mode, front, add(here.time, h))
+        paths = {v: self._path(c) for v, c in zip(self.moving, step["x"], strict=True)}
+        found: list[Stay] = []
+        self._follow(here, params, h, paths, found, HALVINGS)
+        return found
 
-    def _path(self, start: Model, coefficients: Json) -> Model:
-        """The polynomial that begins at `start` and has these coefficients of the powers of t, from the first."""
+    def _follow(self, here: Here, params: Mapping[str, Model], h: Model, paths: Mapping[str, Model],
+                found: list[Stay], depth: int) -> Here:  # fmt: skip
+        """All states from here along some paths (each without its start), at the end."""
+        try:
+            found.append(self._stay(here, params, h, paths))
+            return found[-1].after
+        except Beyond:
+            if not depth:
+                raise
+        half = self.space.one >> 1
+        for start in (0, half):
+            part = Model({0: {0: start}, 1: {0: half}}, 0)
+            cut = {v: self.space.replaced(m, -1, part).parts for v, m in paths.items()}
+            later = {v: Model({i: t for i, t in parts.items() if i}, 0) for v, parts in cut.items()}
+            here = self._follow(here, params, self.space.scaled(h, half), later, found, depth - 1)
+        return here
+
+    def _stay(self, here: Here, params: Mapping[str, Model], h: Model, paths: Mapping[str, Model]) -> Stay:
+        h = Model(h.parts, 0)
+        clock = add(here.time, Model({1: h.parts[0]}, 0))
+        env = {**params, "time": clock, **{v: add(here.front.centre[v], m) for v, m in paths.items()}}
+        off, front = self.field(here.mode).step(here.front, env, h)
+        states = {**env, **{v: widened(env[v], r) for v, r in zip(self.moving, off, strict=True)}}
+        return Stay(states, h, here, Here(here.mode, front, add(here.time, h)))
+
+    def _path(self, coefficients: Json) -> Model:
+        """The polynomial that begins at 0 and has these coefficients of the powers of t, from the first."""
         if len(coefficients) > self.order:
             raise Refused("a recorded flow has a power of t above its order")
-        return Model({**start.parts, **{i + 1: self._terms(row) for i, row in enumerate(coefficients)}}, 0)
+        return Model({i + 1: self._terms(row) for i, row in enumerate(coefficients)}, 0)
 
     def _terms(self, row: Json) -> Terms:
         if len(row) > len(self.monomials):

@@ -9,7 +9,7 @@ from hacheck import bernstein
 from hacheck.cells import START, Model
 from hacheck.expressions import Instant
 from hacheck.formula import Formula, conj, disj, literal, negated, placed, variables
-from hacheck.polynomial import Env, Poly, add, const, constant, mul, substitute, var
+from hacheck.polynomial import ZERO, Env, Poly, add, const, constant, mul, substitute, var
 from hacheck.rational import Refused, number
 
 Json = Any
@@ -49,7 +49,7 @@ class Walk:
             self._dwell(number(step["dwell"]))
             self._jump(step["edge"], step.get("values") or {})
         self._dwell(number(run["last"]))
-        for stage in self.stages:
+        for stage in self.stages if assume else ():
             f = conj(stage.at.formula(a) for a in assume)
             self.need(placed(f, stage.state), "an assumption fails", stage.dwell)
 
@@ -60,6 +60,8 @@ class Walk:
 
     def surely(self, f: Formula, upto: Fraction = START) -> bool:
         """Does f hold for all dwells in [0, upto], and all pi and rounded constants in their enclosures?"""
+        if isinstance(f, bool):
+            return f
         box: bernstein.Box = {**self.scope.box, "@s": (START, upto)}
         for v in sorted(variables(f) & self.scope.box.keys() - {"pi"}):
             f = bernstein.eliminate(f, v, box)
@@ -75,9 +77,10 @@ class Walk:
 
     def _moving(self, still: bool = False) -> Env:
         """The state after a dwell of `s` from now, or now."""
-        s = const(0) if still else var("@s")
-        rates = self.scope.rates(self.mode)
-        moved = {v: add(x, mul(s, substitute(rates[v], self.params))) for v, x in self.values.items()}
+        s = ZERO if still else var("@s")
+        rates = {} if still else self.scope.rates(self.mode)
+        moved = self.values if still else {
+            v: add(x, mul(s, substitute(rates[v], self.params))) for v, x in self.values.items()}  # fmt: skip
         time = add(const(self.time), s)
         sigma = time if self.scope.rho is None else mul(substitute(self.scope.rho, self.params), time)
         return Env({**self.params, **moved, "time": time, "@sigma": sigma})

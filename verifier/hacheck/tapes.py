@@ -211,6 +211,16 @@ class Tape:
             self._used[places] = sorted(found)
         return self._used[places]
 
+    def taken(self, source: Tape, place: int, reset: set[str]) -> int | None:
+        """The place of a quantity of another tape; None where it reads what is reset on the way."""
+        found: dict[int, int] = {}
+        for i in source.used((place,)):
+            op, *args = source.ops[i]
+            if op == "name" and args[0] in reset:
+                return None
+            found[i] = self.put(op, *args) if op in ("name", "number") else self.put(op, *(found[a] for a in args))
+        return found[place]
+
     def exactly(self, place: int, sides: Mapping[str, tuple[Fraction, Fraction]]) -> tuple[Fraction, Fraction] | None:
         """The exact range of a sum of multiples of names over a box, by interval arithmetic; None for other forms."""
         found: dict[int, tuple[Fraction, Fraction]] = {}

@@ -11,22 +11,49 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from hacheck.enclosures import ZERO, Model, Space, add, at_end, lowered, middle, norm, slope, widened
-from hacheck.rational import Beyond, spend
+from hacheck.enclosures import MAX_BITS, ZERO, Model, Space, add, at_end, lowered, norm, slope, widened
+from hacheck.matrices import (
+    Block,
+    Matrix,
+    added,
+    applied,
+    inverse,
+    nothing,
+    orthogonal,
+    product,
+    size,
+    term,
+    total,
+    unit,
+)
+from hacheck.rational import Beyond
 from hacheck.scope import Scope
 from hacheck.tapes import Tape
 
-Matrix = list[list[Model]]
-Numbers = list[list[int]]
-ATTEMPTS, ROUNDS, LOSS = 6, 30, 6
+ATTEMPTS, ROUNDS, LOSS, TURNED = 6, 30, 6, 4
 
 
 class Front(NamedTuple):
     """A set: `centre(z) + frame(z) w` for z in the set variables' range and |w| <= radii, one w for each variable."""
 
     centre: dict[str, Model]
-    frame: Matrix
+    frame: Block
     radii: list[int]
+
+
+class Turn(NamedTuple):
+    """What becomes of small errors in a step.
+
+    `end` is U(1, z), `size` bounds U, `back` some V near its inverse, `apart` `1 - V U`, `rest` `h J U - U'`.
+    Where it is rough, half a step is better.
+    """
+
+    end: Block
+    back: Matrix
+    size: Matrix
+    apart: Matrix
+    rest: Matrix
+    is_rough: bool
 
 
 class Field:
@@ -42,29 +69,32 @@ class Field:
 
     def front(self, centre: dict[str, Model], radii: list[int]) -> Front:
         """A set whose errors are a box."""
-        one = self.coarse.constant(self.coarse.one)
-        return Front(centre, [[one if i == j else ZERO for j in range(len(radii))] for i in range(len(radii))], radii)
+        return Front(centre, unit(len(radii), self.coarse.bits), radii)
 
     def step(self, start: Front, env: Mapping[str, Model], h: Model) -> tuple[list[int], Front]:
         """Bounds of each variable's error along the polynomials in env, in a step from `start`; the set at its end."""
-        defects, back = self._defects(env, h), self._back(start.frame)
-        first = self._spread(back, defects)
+        bits, defects, back = self.coarse.bits, self._defects(env, h), inverse(start.frame, self.coarse.bits)
+        first = applied(size(back), defects, bits)
         guess = [r + (r >> 3) + 2 * a + 4 for r, a in zip(start.radii, first, strict=True)]
-        room = [2 * x for x in self._spread(start.frame, guess)]
+        room = [2 * x for x in applied(size(start.frame), guess, bits)]
         for _ in range(ATTEMPTS):
-            slopes = self._slopes(env, room, h)
-            frame = self._moved(start.frame, slopes)
-            tube = self._spread(frame, guess)
+            if max(room).bit_length() > bits + MAX_BITS:
+                break
+            turn = self._turn(start.frame, back, self._slopes(env, room, h))
+            if turn.is_rough:
+                raise Beyond("the errors of a recorded flow turn too much in a step")
+            tube = applied(turn.size, guess, bits)
             if any(t > r for t, r in zip(tube, room, strict=True)):
                 room = [2 * t for t in tube]
                 continue
-            grown = self._grown(frame, slopes, self._undone(back, slopes), guess, defects)
+            pull = [r + d for r, d in zip(applied(turn.rest, guess, bits), defects, strict=True)]
+            grown = self._fixed(turn.apart, applied(turn.back, pull, bits))
             found = [r + s for r, s in zip(start.radii, grown, strict=True)]
             if all(f < g for f, g in zip(found, guess, strict=True)):
-                end = [[at_end(m) for m in row] for row in frame]
-                return self._spread(frame, found), self._front({v: at_end(env[v]) for v in self.names}, end, found)
+                ends = {v: at_end(env[v]) for v in self.names}
+                return applied(turn.size, found, bits), self._front(ends, turn.end, found)
             guess = [max(g, 2 * f) for f, g in zip(found, guess, strict=True)]
-            room = [max(r, 2 * t) for r, t in zip(room, self._spread(frame, guess), strict=True)]
+            room = [max(r, 2 * t) for r, t in zip(room, applied(turn.size, guess, bits), strict=True)]
         raise Beyond("no bound of the errors of a recorded flow is found")
 
     def _defects(self, env: Mapping[str, Model], h: Model) -> list[int]:
@@ -72,150 +102,89 @@ class Field:
         return [norm(add(slope(env[v]), self.fine.mul(values[r], h), -1))
                 for v, r in zip(self.names, self.rates, strict=True)]  # fmt: skip
 
-    def _slopes(self, env: Mapping[str, Model], room: list[int], h: Model) -> Matrix:
-        """`h Df` over the polynomials with `room` around them, where the field is thereby defined."""
-        wide = dict(zip(self.names, room, strict=True))
-        space = self.coarse
+    def _slopes(self, env: Mapping[str, Model], room: list[int], h: Model) -> tuple[list[Block], Matrix]:
+        """`h Df` over the polynomials with `room` around them, where the field is thereby defined.
+
+        Blocks by the power of t, and bounds of what is left out.
+        """
+        wide, space = dict(zip(self.names, room, strict=True)), self.coarse
         low = {v: widened(lowered(m, space.time, space.degree), wide.get(v, 0)) for v, m in env.items()}
         found = [p for row in self.slopes for p in row if p is not None]
         values = self.tape.values([*self.rates, *found], low, space)
         h = lowered(h, 0, space.degree)
-        return [[ZERO if p is None else space.mul(values[p], h) for p in row] for row in self.slopes]
+        rows = [[ZERO if p is None else space.mul(values[p], h) for p in row] for row in self.slopes]
+        keys = {k for row in rows for m in row for terms in m.parts.values() for k in terms} | {0}
+        zeros = nothing(len(rows))
+        by_power = [Block({k: [[m.parts.get(i, {}).get(k, 0) for m in row] for row in rows] for k in keys}, zeros)
+                    for i in range(space.time + 1)]  # fmt: skip
+        return by_power, [[m.radius for m in row] for row in rows]
 
-    def _moved(self, frame: Matrix, slopes: Matrix) -> Matrix:
-        """Near the solution of `U' = h Df U` that begins with the frame: its series, radii left out."""
-        space, n = self.coarse, range(len(frame))
-        by_power = [[[_coefficient(m, i) for m in row] for row in slopes] for i in range(space.time)]
-        series = [frame]
-        for k in range(space.time):
-            terms = [[space.sum((by_power[i][a][c], series[k - i][c][b]) for i in range(k + 1) for c in n) for b in n]
-                     for a in n]  # fmt: skip
-            series.append([[_divided(m, k + 1) for m in row] for row in terms])
-        return [[Model({k: s[a][b].parts.get(0, {}) for k, s in enumerate(series)}, 0) for b in n] for a in n]
+    def _turn(self, frame: Block, undone: Block, found: tuple[list[Block], Matrix]) -> Turn:
+        """The series of `U' = h Df U` and of `V' = -h V Df` from a frame and its inverse; how far they are off.
 
-    def _undone(self, back: Matrix, slopes: Matrix) -> Matrix:
-        """Near the inverse of a moved frame: `W' = -h W Df`."""
-        return _turned(self._moved(_turned(back), [[add(ZERO, m, -1) for m in row] for row in _turned(slopes)]))
+        What U' is, and what h Df U is, agree but for rounding up to a power of t.
+        """
+        (slopes, left_out), bits, top, n = found, self.coarse.bits, self.coarse.time, len(frame.rest)
+        there, back = [frame], [undone]
+        apart = [size(added([product(undone, frame, bits), unit(n, bits, -1)]))]
+        rest = [[[top * (top + 1)] * n] * n]
+        for k in range(2 * top + 1):
+            rates = term(slopes, there, k, bits)
+            if k < top:
+                rest.append(rates.rest)
+                there.append(_divided(rates, k + 1))
+                back.append(_divided(term(back, slopes, k, bits), -k - 1))
+            else:
+                rest.append(size(rates))
+            if k:
+                apart.append(size(term(back, there, k, bits)))
+        large = total([size(a) for a in there])
+        rest.append(size(product(Block({}, left_out), Block({}, large), bits)))
+        is_rough = max(map(max, total(apart[1:]))) >> bits - TURNED > 0
+        return Turn(added(there), total([size(a) for a in back]), large, total(apart), total(rest), is_rough)
 
-    def _back(self, frame: Matrix) -> Matrix:
-        """Near the inverse of a frame at t = 0: that of its middle, and one step of Newton's iteration."""
-        space, n = self.coarse, range(len(frame))
-        found = constants(space, inverted([[middle(m) for m in row] for row in frame], space))
-        rest = off(space, found, frame)
-        more = [[space.sum((rest[i][k], found[k][j]) for k in n) for j in n] for i in n]
-        return [[Model(add(found[i][j], more[i][j]).parts, 0) for j in n] for i in n]
+    def _fixed(self, a: Matrix, x: list[int]) -> list[int]:
+        """Bounds of the y with `y = x + A y`, given bounds of x and A: A has no eigenvalue from 1 on, if `a y < y`."""
+        y = [b + 1 for b in x]
+        for _ in range(ROUNDS):
+            wanted = [b + c + 1 for b, c in zip(x, applied(a, y, self.coarse.bits), strict=True)]
+            if all(w <= b for w, b in zip(wanted, y, strict=True)):
+                return y
+            y = [w + (w >> 5) for w in wanted]
+        raise Beyond("the errors of a recorded flow turn too much in a step")
 
-    def _spread(self, frame: Matrix, radii: list[int]) -> list[int]:
-        """Bounds of `frame w`."""
-        return _applied(self.coarse, [[norm(m) for m in row] for row in frame], radii)
+    def _solved(self, frame: Block, back: Block, a: list[int]) -> list[int]:
+        """Bounds of the x with `frame x = y`, given bounds of `back y`: `x = back y + (1 - back frame) x`."""
+        bits = self.coarse.bits
+        minus = unit(len(a), bits, -1)
+        return self._fixed(size(added([product(back, frame, bits), minus])), a)
 
-    def _grown(self, frame: Matrix, slopes: Matrix, back: Matrix, guess: list[int], defects: list[int]) -> list[int]:
-        """Bounds of `w'`, given those of w."""
-        space, n = self.coarse, range(len(frame))
-        rest = [[add(space.sum((slopes[i][k], frame[k][j]) for k in n), slope(frame[i][j]), -1) for j in n] for i in n]
-        pull = [r + d for r, d in zip(self._spread(rest, guess), defects, strict=True)]
-        return solved(space, frame, back, self._spread(back, pull))
-
-    def _front(self, centre: dict[str, Model], frame: Matrix, radii: list[int]) -> Front:
-        """The set at the end of a step, its frame made anew where its columns become alike or depend on z too much."""
-        space, n = self.coarse, range(len(frame))
-        numbers = [[middle(m) for m in row] for row in frame]
-        if self._serves(frame, constants(space, inverted(numbers, space)), radii):
-            return Front(centre, frame, radii)
-        made = constants(space, orthogonal(numbers, radii, space))
-        back = constants(space, inverted([[middle(m) for m in row] for row in made], space))
-        turned = [[space.sum((back[i][k], frame[k][j]) for k in n) for j in n] for i in n]
-        return Front(centre, made, solved(space, made, back, self._spread(turned, radii)))
-
-    def _serves(self, frame: Matrix, back: Matrix, radii: list[int]) -> bool:
-        """Do boxes fit into the frame without becoming much larger, at all z?"""
-        size = self._spread(frame, radii)
-        boxed = self._spread(frame, self._spread(back, size))
+    def _front(self, centre: dict[str, Model], moved: Block, radii: list[int]) -> Front:
+        """The set at the end of a step, `centre + moved w`; a frame of numbers where columns become alike."""
+        frame = Block(moved.parts, nothing(len(radii)))
         try:
-            apart = solved(self.coarse, frame, back, radii)
+            found = self._framed(frame, moved, radii)
         except Beyond:
-            return False
-        near = all(a <= r + (r >> 2) + 8 for a, r in zip(apart, radii, strict=True))
-        return near and all(b <= LOSS * s + 8 for b, s in zip(boxed, size, strict=True))
+            found = None
+        if found is None or not self._serves(frame, found, radii):
+            frame = Block({0: orthogonal(moved.parts[0], radii, self.coarse)}, frame.rest)
+            found = self._framed(frame, moved, radii)
+        return Front(centre, frame, found)
+
+    def _framed(self, frame: Block, moved: Block, radii: list[int]) -> list[int]:
+        """Bounds of the v with `frame v = moved w`."""
+        back, bits = inverse(frame, self.coarse.bits), self.coarse.bits
+        return self._solved(frame, back, applied(size(product(back, moved, bits)), radii, bits))
+
+    def _serves(self, frame: Block, found: list[int], radii: list[int]) -> bool:
+        """Do boxes fit into the frame without becoming much larger, at all z?"""
+        bits = self.coarse.bits
+        wide = applied(size(frame), found, bits)
+        boxed = applied(size(frame), applied(size(inverse(frame, bits)), wide, bits), bits)
+        near = all(a <= r + (r >> 2) + 8 for a, r in zip(found, radii, strict=True))
+        return near and all(b <= LOSS * s + 8 for b, s in zip(boxed, wide, strict=True))
 
 
-def constants(space: Space, a: Numbers) -> Matrix:
-    """A matrix that does not depend on anything."""
-    return [[space.constant(x) for x in row] for row in a]
-
-
-def _turned(a: Matrix) -> Matrix:
-    return [list(column) for column in zip(*a, strict=True)]
-
-
-def _coefficient(m: Model, power: int) -> Model:
-    """A coefficient of the powers of t."""
-    return Model({0: m.parts[power]}, 0) if m.parts.get(power) else ZERO
-
-
-def _divided(m: Model, by: int) -> Model:
-    return Model({part: {k: c // by for k, c in t.items()} for part, t in m.parts.items()}, 0) if m.parts else ZERO
-
-
-def _applied(space: Space, a: Numbers, x: list[int]) -> list[int]:
-    """A matrix of bounds times a vector of bounds."""
-    return [space.up(sum(map(int.__mul__, row, x))) for row in a]
-
-
-def off(space: Space, back: Matrix, frame: Matrix) -> Matrix:
-    """`1 - back frame`."""
-    n, one = range(len(frame)), space.constant(space.one)
-    made = [[space.sum((back[i][k], frame[k][j]) for k in n) for j in n] for i in n]
-    return [[add(one if i == j else ZERO, made[i][j], -1) for j in n] for i in n]
-
-
-def solved(space: Space, frame: Matrix, back: Matrix, a: list[int]) -> list[int]:
-    """Bounds of the x with `frame x = y`, given bounds a of `back y`.
-
-    As `x = back y + E x` with `E = 1 - back frame`, `a + |E| b < b` for some b shows `|x| < b` (|E| has no eigenvalue
-    from 1 on, because `|E| b < b`).
-    """
-    shares = [[norm(m) for m in row] for row in off(space, back, frame)]
-    b = [x + 1 for x in a]
-    for _ in range(ROUNDS):
-        wanted = [x + y + 1 for x, y in zip(a, _applied(space, shares, b), strict=True)]
-        if all(w <= x for w, x in zip(wanted, b, strict=True)):
-            return b
-        b = [w + (w >> 6) for w in wanted]
-    raise Beyond("the errors of a recorded flow turn too much in a step")
-
-
-def inverted(a: Numbers, space: Space) -> Numbers:
-    """A matrix near the inverse, by elimination; nothing rests on it."""
-    n = len(a)
-    spend(n**3)
-    rows = [[*row, *(space.one if i == j else 0 for j in range(n))] for i, row in enumerate(a)]
-    for c in range(n):
-        best = max(range(c, n), key=lambda i: abs(rows[i][c]))
-        rows[c], rows[best] = rows[best], rows[c]
-        pivot = rows[c][c]
-        if not pivot:
-            raise Beyond("the errors of a recorded flow lose a direction")
-        rows[c] = [x * space.one // pivot for x in rows[c]]
-        for i in range(n):
-            if i != c and rows[i][c]:
-                rows[i] = [x - (rows[i][c] * y >> space.bits) for x, y in zip(rows[i], rows[c], strict=True)]
-    return [row[n:] for row in rows]
-
-
-def orthogonal(a: Numbers, radii: list[int], space: Space) -> Numbers:
-    """Columns near orthogonal ones, the first along the longest column times its radius (R. Lohner's choice)."""
-    n = range(len(a))
-    columns = [[row[j] for row in a] for j in n]
-    sizes = [sum(abs(row[j]) for row in a) * (radii[j] + 1) for j in n]
-    found: Numbers = []
-    for j in sorted(n, key=lambda j: -sizes[j]):
-        column = columns[j]
-        for other in found:
-            along = sum(map(int.__mul__, column, other)) * space.one // (sum(x * x for x in other) or 1)
-            column = [x - (along * y >> space.bits) for x, y in zip(column, other, strict=True)]
-        most = max(map(abs, column))
-        if not most:
-            raise Beyond("the errors of a recorded flow lose a direction")
-        found.append([x * space.one // most for x in column])
-    return [[c[i] for c in found] for i in n]
+def _divided(a: Block, by: int) -> Block:
+    """Near a block over a number; what is left out of it is left out."""
+    return Block({k: [[c // by for c in row] for row in m] for k, m in a.parts.items()}, nothing(len(a.rest)))

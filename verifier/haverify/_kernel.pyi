@@ -29,9 +29,7 @@ def flowpipe(
 Comparisons = list[tuple[int, str]]
 Words = list[tuple[str, int]]
 EdgeListing = tuple[int, bool, Comparisons, Listing, int, Listing, Words]
-ModeListing = tuple[
-    Listing, list[Pair], Listing, Comparisons, Comparisons, Words, Words, Words, list[EdgeListing]
-]
+ModeListing = tuple[Listing, list[Pair], Listing, Comparisons, Comparisons, Words, Words, Words, list[EdgeListing]]
 Judged = tuple[bool, bool, Pair | None, Pair | None]
 JumpRow = tuple[int, Pair, list[Pair], list[Pair], Judged]
 StepRow = tuple[Pair, list[Pair], list[Pair], Judged, bool, bool]
@@ -56,6 +54,7 @@ def reach(
     tolerance_first_longest_least: tuple[float, float, float, float],
     jumps_stretches_cuts: tuple[int, int, int],
 ) -> Tree: ...
+def units(series: list[list[list[float]]], length: float, bits: int) -> list[list[list[int]]]: ...
 def along(
     positions: Listing,
     readout: Listing,

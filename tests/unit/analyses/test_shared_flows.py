@@ -9,7 +9,8 @@ from unittest.mock import patch
 import pytest
 
 from haverify import _kernel
-from haverify.analyses.hybrid.shared import Trees
+from haverify.analyses.hybrid import shared
+from haverify.analyses.hybrid.shared import Trees, at_once
 from haverify.analyses.portfolio import decide_all
 from haverify.evidence.verdict import Proved, Refuted
 from haverify.run.examine import read
@@ -90,3 +91,45 @@ def test_what_needs_too_much_memory_is_let_go() -> None:
     assert list(trees.known) == [1, 2]
     assert trees.size == 10_000_000
     assert trees.get(2, lambda: pytest.fail("it is known")) == (made[2], False)
+
+
+CUT = """
+spec "Cut" version "1.0" unitless
+automaton A {
+  var x in [-4, 4]
+  var y
+  init Run where 0.9 <= x <= 1.1 and 0.4 <= y <= 0.5
+  mode Run { flow { x' = y; y' = (1 - x^2) * y - x } }
+}
+property high on A { within 3; always x <= 2; method taylor(cuts = 2) }
+property touched on A { within 3; always x <= 1.15; method taylor(cuts = 2) }
+"""
+
+
+def told(path: Path, threads: int) -> dict[str, tuple[Any, ...]]:
+    """All that is said of the claims where so many trees are grown at the same time."""
+    spec, _, found = read(str(path))
+    assert spec is not None, found
+    with patch.object(shared, "THREADS", threads):
+        decided = decide_all(spec)
+    return {n: (e.verdict, e.certificate, e.cells, e.flowpipe, e.run) for n, e in decided.items()}
+
+
+def test_threads_make_no_difference(tmp_path: Path) -> None:
+    (tmp_path / "cut.ha").write_text(CUT, encoding="utf-8")
+    one, two, three = (told(tmp_path / "cut.ha", threads) for threads in (1, 2, 3))
+    assert isinstance(one["high"][0], Proved)
+    assert not isinstance(one["touched"][0], Proved)
+    assert one == two == three
+
+
+def test_of_several_faults_the_first_is_raised() -> None:
+    def fails(number: int) -> Any:
+        def call() -> None:
+            raise ValueError(number)
+
+        return call
+
+    with pytest.raises(ValueError, match="1"):
+        at_once([lambda: None, fails(1), fails(2)])
+    assert at_once([lambda: 1, lambda: 2]) == [1, 2]

@@ -233,8 +233,8 @@ def end_enclosures(made: Flowing) -> list[tuple[str, tuple[float, float]]]:
     record = Record(scope, made.record)
     box = {v: (Fraction(low), Fraction(high)) for v, (low, high) in made.record["starts"][0]["box"].items()}
     here, states = record.start(next(iter(scope.modes)), box), {}
-    for step in made.steps:
-        states, _, here = record.step(here, {}, step)
+    for stay in (stay for step in made.steps for stay in record.steps(here, {}, step)):
+        states, here = stay.states, stay.after
     ends = {v: bounds(widened(at_end(m), m.radius)) for v, m in states.items() if v in scope.types}
     return [(v, (low / record.space.one, high / record.space.one)) for v, (low, high) in ends.items()]
 

@@ -59,3 +59,7 @@ def test_a_horizon_shorter_than_the_goals(lint):
 def test_a_claim_without_expectation(lint):
     assert lint(claim("always x >= 0 s")).of("HA607")[0].message == "property p has no `expect`"
     assert lint(claim("always x >= 0 s; expect proved")).of("HA607") == []
+
+
+def test_a_claim_without_a_value_somewhere_follows_from_nothing(lint):
+    assert lint(claim("always 0 s * log(x / 1 s) <= 1 s; expect proved")).of("HA604") == []

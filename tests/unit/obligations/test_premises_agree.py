@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -11,13 +12,18 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from tests.unit.elaborate.texts import read
 
+from hacheck import positivity
 from hacheck.core import Core
+from hacheck.functions import Functions as SecondFunctions
 from hacheck.invariants import Induction as Second
 from hacheck.obligations import Question, Setting
 from hacheck.rational import Beyond
+from haverify.maths.polynomial import constant, variable
 from haverify.model.core import canonical, to_core
+from haverify.obligations.formula import disjunction, literal
+from haverify.obligations.functions import Functions
 from haverify.obligations.induction import Induction
-from haverify.obligations.premises import formula_json, polynomial_json
+from haverify.obligations.premises import Premises, formula_json, polynomial_json
 from haverify.obligations.translate import OutsideFragmentError
 
 Json = Any
@@ -171,3 +177,15 @@ property p on A {{ always {drawn(conditions())} }}
 """
     with contextlib.suppress(OutsideFragmentError, Beyond):
         compare(text, "p", is_bare, asked)
+
+
+def test_cases_that_become_alike_are_one_on_both_sides() -> None:
+    """`2x - 1 < 0 or x - t < 1/2` has one case where t is 0."""
+    cases = ["or", ["<", [["-1"], ["2", "x"]]], ["<", [["-1"], ["2", "x"], ["-2", "t"]]]]
+    zero = positivity.polynomial([["0"]])
+    theirs = positivity.Premises(SecondFunctions(), [positivity.formula(cases)]).mapped(positivity.Env({"t": zero}))
+    x, t, half = variable("x"), variable("t"), constant(Fraction(1, 2))
+    ours = disjunction([literal("<", x - half), literal("<", x - t - half)])
+    mine = Premises(Functions(), (ours,)).mapped({"t": constant(0)})
+    assert [plain(f) for f in theirs.entries] == [told(formula_json(f)) for f in mine.entries]
+    assert len(theirs.entries) == 1 and theirs.entries[0][0] == "<"

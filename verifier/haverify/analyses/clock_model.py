@@ -246,7 +246,11 @@ class ClockModel:
 
     def _reset(self, scope: Scope, a: Assign) -> Reset:
         if isinstance(a.to, Range):
-            return Reset(scope.polynomial(a.to.low), scope.polynomial(a.to.high))
+            low, high = scope.polynomial(a.to.low), scope.polynomial(a.to.high)
+            width = (high - low).constant
+            if width is not None and width < 0:
+                raise OutsideFragmentError(f"{scope.where} gives `{a.var}` a value of an empty range")
+            return Reset(low, high)
         if a.var in self._truths:
             value = indicator(scope.formula(a.to), self._bits)
         else:

@@ -19,6 +19,7 @@ from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr, nodes
 from haverify.model.spec import Spec
+from haverify.obligations.constants import values_of
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, replace
 
@@ -89,8 +90,32 @@ def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Ev
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
-    """What the analyses propose for one claim."""
+    """What the analyses propose for one claim.
+
+    Goals that bring their own horizon (LANGUAGE S21) are looked at up to a shorter one of the property, HA606: what is
+    met by then is met, and what is not may still be.
+    """
     contexts = contexts or contexts_of(spec)
+    found = _proposed(spec, claim, contexts, units)
+    if isinstance(found.verdict, Refuted) and _ends_early(contexts, claim):
+        reason = "not met up to the horizon of the property, which ends before that of its goal"
+        return Evidence(Unknown("horizon", reason, next_step="leave `within` out of the property"), (), found.method)
+    return found
+
+
+def _ends_early(contexts: Contexts, claim: Claim) -> bool:
+    """Whether the property's horizon ends before that of a goal that asks for something to be reached."""
+    context = contexts.get(claim.on or "")
+    goals = [g for g in claim.goals if g.kind in ("reach", "can_reach") and g.within is not None]
+    if claim.time is None or not goals or context is None:
+        return False
+    values = values_of(context.spec, context.automaton)
+    last = values.number(claim.time)
+    return any(values.number(g.within) > last for g in goals if g.within is not None)
+
+
+def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What the analyses propose."""
     if all(g.kind == "holds" for g in claim.goals):
         from haverify.analyses.holds import decide_holds
 

@@ -80,8 +80,12 @@ class _Place:
             value = min(values) if op == "min" else max(values)
         elif op == "if":
             value = self.number(parts[1] if self.truth(parts[0]) else parts[2])
+        elif op == "lin":
+            value, at = parts[0] * self.unit, self.at
+            for v, q in parts[1]:
+                value += q * at[v]
         else:
             value = parts[0] * self.unit
-            for a, b in parts[1]:
-                value += b * self.at[a] if op == "lin" else a * self.number(b)
+            for q, m in parts[1]:
+                value += q * (known[m] if m in known else self.number(m))
         return value

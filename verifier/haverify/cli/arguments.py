@@ -228,6 +228,7 @@ def _simulate(commands: _Commands[argparse.ArgumentParser]) -> None:
     )
     p.add_argument("--of", metavar="X,Y", help="the quantities to draw")
     p.add_argument("--mode", metavar="MODE", help="whose vector field (default: where the first run starts)")
+    p.add_argument("--orbit", action="store_true", help="find the periodic orbit that the first run comes to")
     p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 
 
@@ -237,12 +238,15 @@ def _falsify(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("-p", "--property", metavar="NAME", help="one claim (or family) only")
     p.add_argument("-n", "--runs", type=int, default=2000, metavar="RUNS", help="the most for each goal (default 2000)")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="what chance starts from (default 0)")
+    p.add_argument(
+        "--seconds", type=float, default=60.0, metavar="S", help="processor time for each goal's runs (default 60)"
+    )
     p.add_argument("--until", default="10s", metavar="TIME", help="horizon of claims that state none (default 10s)")
     p.add_argument(
         "--policy",
-        choices=("earliest", "latest", "random"),
-        default="earliest",
-        help="when an edge that may wait is taken; random: by the search (default earliest)",
+        choices=("any", "earliest", "latest", "random"),
+        default="any",
+        help="when an edge that may wait is taken, if it is; random: by chance, any: by the search (default any)",
     )
     p.add_argument("--format", choices=("text", "json"), default="text", help="what to print (default text)")
 

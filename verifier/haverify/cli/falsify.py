@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 from haverify.cli.limits import LAST_SEED, within
@@ -20,9 +21,11 @@ from haverify.run.pipeline import require_known
 from haverify.run.settings import duration
 
 if TYPE_CHECKING:
+    from haverify.simulate.falsify import Searched
     from haverify.simulate.run import SimulatedRun
 
 MOST = 10_000_000
+LONGEST = 10_000_000  # s
 UNBOUNDED = 1e300  # the margin of what compares no numbers, or of a run that never has a value
 CLEARER = 4.0  # times the margin is asked for where enclosures could not tell
 
@@ -31,6 +34,7 @@ def run(called: argparse.Namespace) -> int:
     """Search for each claim; exit code 0 refuted as expected, 1 refuted otherwise, 3 nothing certain was found."""
     within("--runs", called.runs, 1, MOST)
     within("--seed", called.seed, 0, LAST_SEED)
+    within("--seconds", called.seconds, 0, LONGEST)
     spec, sources, found = read(called.file)
     errors = settle(d for d in found if is_meaningless(d))
     if spec is None or errors:
@@ -85,17 +89,18 @@ def _goal(spec: Spec, claim: Claim, goal: Goal, called: argparse.Namespace) -> d
             claim = whole.claim(claim)
             goal = claim.goals[number]
         asked = subject(spec, automaton, claim, goal, float(duration(called.until)), called.policy, called.seed)
-        found = searched(asked, called.runs, called.seed)
+        end = process_time() + called.seconds
+        found = searched(asked, called.runs, called.seed, end=end)
         if found.run is None:
-            return {**told, "runs": found.runs, "reason": "no admissible start was found"}
+            return {**told, "runs": found.runs, "reason": _ended(found, "no admissible start was found", called)}
         told |= {"margin": found.margin, "runs": found.runs}
         told |= _drawn(found.run)
         if not found.is_violated:
-            return {**told, "reason": "no violation was found"}
+            return {**told, "reason": _ended(found, "no violation was found", called)}
         enclosed = certified(found.run, claim, goal)
         while enclosed.run is None and enclosed.is_close and found.runs < called.runs:  # a clearer violation, then
-            found = searched(asked, called.runs, called.seed, CLEARER * found.margin)
-            if found.run is None:
+            found = searched(asked, called.runs, called.seed, CLEARER * found.margin, end)
+            if found.run is None or found.is_stopped:
                 break
             enclosed = certified(found.run, claim, goal)
             told |= {"margin": found.margin, "runs": found.runs, **_drawn(found.run)}
@@ -104,6 +109,11 @@ def _goal(spec: Spec, claim: Claim, goal: Goal, called: argparse.Namespace) -> d
     if enclosed.run is None:
         return {**told, "reason": f"violated in floating point, not certified: {enclosed.reason}"}
     return {**told, "verdict": "refuted"}
+
+
+def _ended(found: Searched, without: str, called: argparse.Namespace) -> str:
+    """Why nothing was found, and whether the time was over before the runs were."""
+    return f"{without}; stopped after {called.seconds:g} s of the processor" if found.is_stopped else without
 
 
 def _drawn(run: SimulatedRun) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from haverify.errors import UsageError
 LAST_SEED = 2**31 - 1  # with what is added to it for further runs, what every generator takes
 
 
-def within(option: str, value: int, least: int, most: int) -> None:
+def within(option: str, value: float, least: int, most: int) -> None:
     """Refuse a number outside of its limits.
 
     Raises

@@ -23,11 +23,13 @@ from haverify.run.settings import duration
 from haverify.text.record import replace
 
 if TYPE_CHECKING:
+    from haverify.simulate.orbits import Orbit
     from haverify.simulate.run import SimulatedRun
     from haverify.simulate.traces import Trace
 
 MOST = 100_000
 DRAWN = 800  # instants of a drawing
+BENDS = 12  # instants of each step in a drawing in the plane
 
 
 def run(called: argparse.Namespace) -> int:
@@ -82,19 +84,35 @@ def _simulated(spec: Spec, name: str, called: argparse.Namespace) -> int:
     runs = [
         followed(model, d, Settings(until, policy=called.policy, seed=k)) for d, k in zip(draws, seeds, strict=True)
     ]
+    orbit = _orbit(runs[0], name, called) if called.orbit else None
     times = [until * k / called.samples for k in range(called.samples + 1)]
     if called.csv is not None:
         _write(called.csv, as_csv(runs, times))
     if called.mot is not None:
         _write(called.mot, _motion(runs[0], times, called))
     if called.plot is not None:
-        _write(called.plot, _drawing(runs, [until * k / DRAWN for k in range(DRAWN + 1)], called))
+        _write(called.plot, _drawing(runs, [until * k / DRAWN for k in range(DRAWN + 1)], orbit, called))
     if called.format == "json":
-        put(json.dumps([as_json(r, times) for r in runs], indent=1) + "\n")
+        told = [as_json(r, times) for r in runs]
+        if orbit is not None:
+            told[0]["orbit"] = orbit.as_json()
+        put(json.dumps(told, indent=1) + "\n")
     elif "-" not in (called.csv, called.mot, called.plot):
         for k, r in enumerate(runs):
             put(f"run {k}: {r.told()}\n")
+        put(f"orbit: {orbit.told()}\n" if orbit is not None else "")
     return OK
+
+
+def _orbit(run: SimulatedRun, name: str, called: argparse.Namespace) -> Orbit:
+    """The periodic orbit that a run comes to."""
+    from haverify.obligations.translate import OutsideFragmentError
+    from haverify.simulate.orbits import orbit_of
+
+    try:
+        return orbit_of(run)
+    except OutsideFragmentError as e:
+        raise UsageError(f"{called.file}: no periodic orbit of `{name}`: {e}") from e
 
 
 def _put_together(spec: Spec, name: str) -> HybridAutomaton:
@@ -114,7 +132,7 @@ def _motion(run: SimulatedRun, times: list[float], called: argparse.Namespace) -
     return as_mot(run, times, Path(called.file).stem)
 
 
-def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Namespace) -> str:
+def _drawing(runs: list[SimulatedRun], times: list[float], orbit: Orbit | None, called: argparse.Namespace) -> str:
     """The drawing that is asked for, as a file of its own."""
     from haverify.report.figures import simulated
     from haverify.report.html.style import standalone
@@ -136,9 +154,18 @@ def _drawing(runs: list[SimulatedRun], times: list[float], called: argparse.Name
     if len(names) < 2:
         raise UsageError("a drawing in the plane needs two quantities: --of x,y")
     pair = names[0], names[1]
-    drawn = [traces(r, pair, times) for r in runs]
+    drawn = [traces(r, pair, _fine(r)) for r in runs]
     arrows = _arrows(runs[0], pair, drawn, called) if called.kind == "field" else []
-    return standalone(simulated.in_plane((titled(model, pair)[0], titled(model, pair)[1]), drawn, arrows, title))
+    closed = [] if orbit is None else traces(orbit.run, pair, [orbit.period * k / DRAWN for k in range(DRAWN + 1)])
+    axes = titled(model, pair)[0], titled(model, pair)[1]
+    return standalone(simulated.in_plane(axes, drawn, arrows, title, closed))
+
+
+def _fine(run: SimulatedRun) -> list[float]:
+    """Instants that show every bend of a run: some of each of its steps, of very many steps fewer."""
+    pieces = [p for p in run.record.pieces() if p[3] > 0]
+    each = max(1, min(BENDS, DRAWN * BENDS // max(len(pieces), 1)))
+    return [p[2] + p[3] * k / each for p in pieces for k in range(each)]
 
 
 def _modes(spec: Spec, automaton: HybridAutomaton, called: argparse.Namespace) -> str:

@@ -60,6 +60,8 @@ def _fewer(s: Stretch, most: int) -> Iterator[tuple[Pair, list[Pair]]]:
 
 
 def _joined(group: Sequence[tuple[Pair, Sequence[Pair]]]) -> tuple[Pair, list[Pair]]:
+    if len(group) == 1:
+        return group[0][0], list(group[0][1])
     boxes = [box for _, box in group]
     time = _hull(t for t, _ in group)
     return time, [_hull(box[k] for box in boxes) for k in range(len(boxes[0]))]

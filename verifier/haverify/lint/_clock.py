@@ -119,9 +119,13 @@ def curve(facts: Facts, automaton: HybridAutomaton, mode: Mode, e: Expr) -> Curv
     p = polynomial(facts, automaton, mode, e) if cells is not None else None
     if cells is None or p is None or len(p.variables) != 1 or p.variables[0] not in facts.scope(automaton).vars:
         return None
-    over = dwelling(cells, cells.model.index[mode.name], p.variables[0])
+    place = cells.model.index[mode.name], p.variables[0]
+    over = facts.remembered(("dwelling", automaton.name, *place), lambda: dwelling(cells, *place))
     is_bounded = over is not None and over.low is not None and over.high is not None and not over.is_empty
-    return Curve(p, p.variables[0], over) if over is not None and is_bounded else None
+    if over is None or not is_bounded:
+        return None
+    found = Curve(p, p.variables[0], over)
+    return facts.remembered(found, lambda: found)  # what it keeps serves copies of an automaton too
 
 
 def locks(facts: Facts, automaton: HybridAutomaton) -> Iterator[Lock]:

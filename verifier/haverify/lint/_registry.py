@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.lint._facts import Facts
@@ -34,8 +34,9 @@ def rule(code: str) -> Callable[[Rule], Rule]:
 @cache
 def rules() -> Mapping[str, Rule]:
     """All rules by code: every module of this folder whose name has no underscore in front is imported."""
-    for path in sorted(Path(__file__).parent.glob("[a-z]*.py")):
-        import_module(f"haverify.lint.{path.stem}")
+    for file in sorted(os.listdir(os.path.dirname(__file__))):
+        if file.endswith(".py") and not file.startswith("_"):
+            import_module(f"haverify.lint.{file[:-3]}")
     return dict(sorted(_RULES.items()))
 
 

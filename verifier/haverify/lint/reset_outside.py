@@ -18,11 +18,16 @@ from haverify.solvers.answer import Contradiction, Holds
 
 @rule("HA306")
 def reset_outside(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
-    """Only where the guard itself can hold and the target's domain is not empty; a gap between slots is HA204."""
+    """Only where the guard itself can hold and the target's domain is not empty; a gap between slots is HA204.
+
+    A domain that excludes nothing is not in the way: the range of a reset is empty, which is HA201.
+    """
     for automaton in spec.automata:
         gaps = [m.edge for m in meetings(facts, automaton) if m.begins > m.ends]
         for edge in automaton.edges:
             state = facts.edge(automaton, edge)
+            if facts.modes(automaton)[edge.target].domain.op == "true":
+                continue
             if state.kind == "lands outside" and isinstance(state.answer, Contradiction) and edge not in gaps:
                 leaving = state.leaving if isinstance(state.leaving, Holds) else None
                 yield _finding(facts, automaton, edge, state.answer.core, leaving)

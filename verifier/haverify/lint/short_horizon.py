@@ -23,7 +23,7 @@ def short_horizon(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     for claim in spec.claims:
         frame = facts.frame(facts.automata.get(claim.on or ""))
         horizon = number_of(claim.time, frame) if claim.time is not None else None
-        for goal in claim.goals:
+        for goal in claim.goals if horizon is not None else ():
             ends = [goal.within] if goal.within is not None else [goal.window[1]] if goal.window else []
             for end in (*ends, *_stl_ends(goal.condition)):
                 needed = number_of(end, frame)

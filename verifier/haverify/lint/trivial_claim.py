@@ -19,6 +19,10 @@ from haverify.solvers.frame import Frame
 _OTHER = frozenset({"let", "jump", "jumped", "pre", "der", "time", "stuck"})
 
 
+# Where one of these has no value a claim does not hold.
+PARTIAL = {"sqrt", "log", "asin", "acos"}
+
+
 @rule("HA604")
 def trivial_claim(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
     """Claims about outputs are none of these: there the domain bounds the argument and the claim says what follows."""
@@ -32,7 +36,12 @@ def trivial_claim(spec: Spec, facts: Facts) -> Iterator[Diagnostic]:
 
 def _speaks_of_state(e: Expr) -> bool:
     ops = {n.op for n in nodes(e)}
-    return "var" in ops and not ops & _OTHER
+    return "var" in ops and not ops & _OTHER and not ops & PARTIAL and not any(map(_may_divide_by_zero, nodes(e)))
+
+
+def _may_divide_by_zero(e: Expr) -> bool:
+    """Whether a quotient by what reads a variable: where it has no value the claim does not hold."""
+    return e.op == "/" and any(n.op == "var" for n in nodes(e.children[1]))
 
 
 def _follows(facts: Facts, automaton: HybridAutomaton, conjunct: Expr) -> bool:

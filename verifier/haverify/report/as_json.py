@@ -51,7 +51,7 @@ def _laid_out(value: Any, margin: str) -> str:
     if value is None:
         return "null"
     inner = margin + " "
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return f"[{inner}{f',{inner}'.join([_laid_out(v, inner) for v in value])}{margin}]" if value else "[]"
     if isinstance(value, dict):
         rows = [f"{encode_basestring(k)}: {_laid_out(v, inner)}" for k, v in sorted(value.items())]

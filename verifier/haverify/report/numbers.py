@@ -30,7 +30,9 @@ def margin(m: verdict.Margin | None) -> Margin | None:
     """
     if m is None:
         return None
-    value = rational_text(m.low) if m.low == m.high else [rational_text(m.low), rational_text(m.high)]
+    if m.low == m.high:
+        return Margin(rational_text(m.low), decimal(m.low), m.unit, m.at)
+    value = [rational_text(m.low), rational_text(m.high)]
     is_close = m.high - m.low <= _CLOSE * max(abs(m.low), abs(m.high))
     return Margin(value, decimal((m.low + m.high) / 2 if is_close else m.low), m.unit, m.at)
 

@@ -65,6 +65,7 @@ class Cones:
         self._automata = {a["name"]: a for a in core["automata"]}
         self._rest = {key: core.get(key) for key in _FAMILIES}
         self._models: dict[str | None, str] = {}
+        self._inner: dict[str, set[str]] = {}  # constants that the value of one mentions
 
     def model(self, claim: str) -> str:
         """The key of the model a claim is about: its automaton with the constants it mentions, else everything."""
@@ -90,10 +91,15 @@ class Cones:
         names = _constants(value)
         waiting = list(names)
         while waiting:
-            found = _constants(self._constants.get(waiting.pop())) - names
+            found = self._within(waiting.pop()) - names
             names |= found
             waiting += found
         return [self._constants[n] for n in sorted(names) if n in self._constants]
+
+    def _within(self, name: str) -> set[str]:
+        if name not in self._inner:
+            self._inner[name] = _constants(self._constants.get(name))
+        return self._inner[name]
 
 
 def _constants(value: Any) -> set[str]:

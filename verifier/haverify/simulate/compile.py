@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from haverify.model.expression import Expr, number, operands
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.simulate.derivative import derivative
+from haverify.simulate.derivative import APPLIED, derivative
 from haverify.solvers.runs import Operation, Words
 from haverify.text.record import field, holder
 
@@ -28,7 +28,7 @@ class Code:
     """Operations of one mode. `variables` numbers the state, `definitions` say what lets and constants stand for.
 
     `symbols` are the numbers of enumerations' values, `truths` the variables of type bool, `rates` the slopes by which
-    `der` is written out.
+    `der` is written out, `applied` says what applications of fuzzy systems and tables stand for.
     """
 
     variables: Mapping[str, int]
@@ -36,6 +36,7 @@ class Code:
     symbols: Mapping[tuple[str, str], Fraction]
     truths: frozenset[str]
     rates: Mapping[str, Expr]
+    applied: Callable[[Expr], Expr]
     operations: list[Operation] = field(default_factory=list)
     conditions: list[Words] = field(default_factory=list)
     _known: dict[object, int] = field(default_factory=dict)
@@ -62,7 +63,7 @@ class Code:
             return self.constant(math.pi)
         if e.op in ("var", "param", "input", "time"):
             return self.variable("time" if e.op == "time" else e.name)
-        if e.op in ("let", "const"):
+        if e.op in ("let", "const", *APPLIED):
             return self.value(self._definition(e))
         if e.op == "sym":
             return self.constant(float(self.symbols[str(e.args[0]), str(e.args[1])]))
@@ -157,6 +158,8 @@ class Code:
         return self.push("choose", [self.conditions.index(words), a, b])
 
     def _definition(self, e: Expr) -> Expr:
+        if e.op in APPLIED:
+            return self.applied(e)
         found = self.definitions.get((e.op, e.name))
         if found is None:
             raise OutsideFragmentError(f"`{e.name}` is no single value")

@@ -9,6 +9,7 @@ from haverify.model.expression import Expr, number, operands
 from haverify.obligations.translate import OutsideFragmentError
 
 ZERO = number(0)
+APPLIED = ("fuzzy", "table")  # what stands for an expression of its arguments
 
 Definition = Callable[[Expr], Expr]
 
@@ -16,7 +17,7 @@ Definition = Callable[[Expr], Expr]
 def derivative(e: Expr, rates: Mapping[str, Expr], definition: Definition) -> Expr:
     """How fast `e` changes where variables change at `rates`; at a corner the slope of the branch that is taken.
 
-    `definition` gives what a let or constant stands for.
+    `definition` gives what a let, a constant or an application stands for.
 
     Raises
     ------
@@ -32,7 +33,7 @@ def derivative(e: Expr, rates: Mapping[str, Expr], definition: Definition) -> Ex
         return number(1)
     if e.op == "var":
         return rates.get(e.name, ZERO)
-    if e.op == "let":
+    if e.op in ("let", *APPLIED):
         return of(definition(e))
     if e.op == "if":
         condition, yes, no = operands(e)

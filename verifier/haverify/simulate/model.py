@@ -11,6 +11,7 @@ from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.simulate.applied import Applied
 from haverify.simulate.compile import NEGATED, Code, joined
 from haverify.solvers.runs import EdgeListing, ModeListing, ResetListing, Simulator, Words
 from haverify.text.record import field, holder, record
@@ -48,7 +49,10 @@ class Starting:
 
 @holder
 class SimulatedAutomaton:
-    """The automaton with its kernel; `names` is the order of the state, `time` the last one."""
+    """The automaton with its kernel; `names` is the order of the state, `time` the last one.
+
+    `resets` has for each edge a variable and registers of the source mode: of the value, or of both ends of a choice.
+    """
 
     spec: Spec
     automaton: HybridAutomaton
@@ -62,6 +66,7 @@ class SimulatedAutomaton:
         listings = [self._mode(k) for k in range(len(self.automaton.modes))]
         edges = [self._edge(k, e) for k, e in enumerate(self.automaton.edges)]
         modes = [self._closed(k, listing) for k, listing in enumerate(listings)]
+        self.resets = [e[3] for e in edges]
         self.kernel = Simulator(modes, edges, len(self.names), len(self.names) - 1)
 
     @cached_property
@@ -133,7 +138,8 @@ class SimulatedAutomaton:
         symbols = {(e, v): q for e, values in self.values.positions.items() for v, q in values.items()}
         truths = frozenset(v.name for v in self.automaton.vars if v.type == "bool")
         here = {k: residual(e, Situation(mode.name)) for k, e in lets.items()}
-        return Code(self.places, {**here, **constants}, symbols, truths, self._rates(mode))
+        applied = Applied(self.spec, symbols)
+        return Code(self.places, {**here, **constants}, symbols, truths, self._rates(mode), applied)
 
     def _rates(self, mode: Mode) -> dict[str, Expr]:
         found = {}

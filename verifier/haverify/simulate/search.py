@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
+from time import process_time
 from typing import Any
 
 from haverify.text.record import holder, record
@@ -11,6 +13,7 @@ Point = tuple[float, ...]
 Values = Callable[[Sequence[Point]], list[float]]
 
 SPREAD = 64  # evenly spread points, and half as many corners
+AT_ONCE = 0.2  # s of runs between two looks at the clock
 WIDE, NARROW = 0.3, 0.05  # first steps of evolution: far from the best point, and near it
 
 
@@ -30,13 +33,24 @@ class _Best:
     values: Values
     budget: int
     enough: float
+    end: float  # of the processor's time
     runs: int = 0
     found: Found | None = None
+    pace: float = 1.0  # s for a run, as far as is known
 
     def look(self, points: Sequence[Point]) -> list[float]:
-        """The values of as many of the points as the budget allows."""
+        """The values of as many of the points as the budget of runs and the time allow."""
         points = points[: max(self.budget - self.runs, 0)]
+        values: list[float] = []
+        while len(values) < len(points) and not self.is_late:
+            count = max(1, int(AT_ONCE / self.pace))
+            values += self._looked(points[len(values) : len(values) + count])
+        return values
+
+    def _looked(self, points: Sequence[Point]) -> list[float]:
+        start = process_time()
         values = self.values(points)
+        self.pace = max((process_time() - start) / len(points), 1e-6)
         for k, (p, v) in enumerate(zip(points, values, strict=True)):
             if self.found is None or v < self.found.value:
                 self.found = Found(p, v, self.runs + k + 1)
@@ -44,13 +58,19 @@ class _Best:
         return values
 
     @property
+    def is_late(self) -> bool:
+        return process_time() >= self.end
+
+    @property
     def is_over(self) -> bool:
-        return self.runs >= self.budget or (self.found is not None and self.found.value < self.enough)
+        return self.runs >= self.budget or self.is_late or (self.found is not None and self.found.value < self.enough)
 
 
-def least(values: Values, dimension: int, budget: int, seed: int, enough: float) -> tuple[Found | None, int]:
-    """The least value found, and how many runs that took; over once a value is below `enough`."""
-    best = _Best(values, budget, enough)
+def least(
+    values: Values, dimension: int, budget: int, seed: int, enough: float, end: float = math.inf
+) -> tuple[Found | None, int]:
+    """The least value found, and how many runs that took; over once a value is below `enough`, or it is `end`."""
+    best = _Best(values, budget, enough, end)
     for points in _first(dimension, seed):
         best.look(points)
         if best.is_over:

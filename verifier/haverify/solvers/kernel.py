@@ -376,6 +376,18 @@ def recorded(tree: Tree) -> list[RecordedStretch]:
     return [RecordedStretch(*row) for row in tree.records()]
 
 
+def units(series: list[list[list[float]]], length: float, bits: int) -> list[list[list[int]]]:
+    """Polynomials in time and the set with coefficients in units of `2^-bits`, and time in units of `length`.
+
+    By variable and power of time from the first on, without zeros at the ends.
+
+    Raises
+    ------
+    Fault               if a coefficient has more than 18 digits
+    """
+    return _kernel.units(series, length, bits)
+
+
 def _stretch(
     parent: int | None,
     mode: int,

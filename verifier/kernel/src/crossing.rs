@@ -69,7 +69,7 @@ impl Flow<'_> {
         if reached.low() < 0.0 || reached.high() > step.h {
             return Ok(None);
         }
-        let states = step.path.states_at(&instant, usize::MAX)?;
+        let states = step.path.states_at(&instant, usize::MAX, &[])?;
         let defect = self.space.range(&values(&self.space, quantity, &states)?[0])?.norm();
         // What lies after the last instant is looked at as well, as far as the true one may be from it.
         let until = (reached.high() + 0.01 * step.h).min(step.h);

@@ -171,6 +171,8 @@ pub struct Jets {
     pub states: Vec<f64>,
     /// Registers that count as zero at the start of the step, whatever rounding left there.
     pub zeroed: Vec<usize>,
+    /// Signs right after the start of registers that are zero there: a choice may jump.
+    pub ahead: Vec<(usize, i8)>,
 }
 
 impl Jets {
@@ -350,7 +352,16 @@ impl Jets {
     /// The sign of a register right after the start of the step, as far as coefficients up to `k` tell.
     pub fn leading(&self, r: usize, k: usize) -> i8 {
         let from = usize::from(self.zeroed.contains(&r));
-        self.register(r).get(from..=k).unwrap_or(&[]).iter().map(|&c| sign(c)).find(|&s| s != 0).unwrap_or(0)
+        let told = self.register(r).get(from..=k).unwrap_or(&[]).iter().map(|&c| sign(c)).find(|&s| s != 0);
+        told.unwrap_or_else(|| self.ahead.iter().find(|known| known.0 == r).map_or(0, |known| known.1))
+    }
+
+    /// Note the signs right after the start that its values do not tell; true where there are some.
+    pub fn looks_ahead(&mut self, corners: &[usize]) -> bool {
+        let unknown = corners.iter().filter(|&&r| self.leading(r, 0) == 0);
+        let found = unknown.map(|&r| (r, self.leading(r, self.order))).filter(|f| f.1 != 0).collect();
+        self.ahead = found;
+        !self.ahead.is_empty()
     }
 }
 

@@ -334,7 +334,7 @@ impl<'a> Flow<'a> {
 
     /// The states at instants `t` of the step, as Taylor models with all errors in their radius.
     pub(crate) fn states(&self, step: &Step, t: Interval) -> Result<Vec<Model>, Fault> {
-        step.path.states(t, usize::MAX)
+        step.path.states(t, usize::MAX, &[])
     }
 
     pub(crate) fn settings(&self) -> &'a Settings {

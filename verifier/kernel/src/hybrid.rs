@@ -194,9 +194,9 @@ pub struct Taken {
 }
 
 impl Taken {
-    /// The first states during a part of the step.
-    pub(crate) fn states(&self, part: (f64, f64), count: usize) -> Result<Vec<Model>, Fault> {
-        during(&self.path, self.until.as_ref().map(|u| &u.0), part, count)
+    /// The first states during a part of the step; zero in place of those not wanted.
+    pub(crate) fn states(&self, part: (f64, f64), count: usize, wanted: &[bool]) -> Result<Vec<Model>, Fault> {
+        during(&self.path, self.until.as_ref().map(|u| &u.0), part, count, wanted)
     }
 }
 

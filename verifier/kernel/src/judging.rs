@@ -59,17 +59,39 @@ pub(crate) struct Judge<'a> {
 impl Judge<'_> {
     /// What is seen during its part of the step.
     pub(crate) fn seen(&self, depth: u32) -> Result<Seen, Fault> {
-        let states = self.states(self.taken.part)?;
+        let states = self.states(self.taken.part, &[])?;
         let hull: Vec<Interval> = states.iter().map(|m| self.range(m)).collect::<Result<_, _>>()?;
-        let time = *hull.last().ok_or(Fault::Unknown)?;
+        self.seen_of(&states, hull, depth)
+    }
+
+    /// The same where the box of all states is known.
+    pub(crate) fn seen_again(&self, hull: &[Interval], depth: u32) -> Result<Seen, Fault> {
+        self.seen_of(&self.states(self.taken.part, &self.wanted(self.taken.part))?, hull.to_vec(), depth)
+    }
+
+    fn seen_of(&self, states: &[Model], hull: Vec<Interval>, depth: u32) -> Result<Seen, Fault> {
+        let time = self.range(states.last().ok_or(Fault::Unknown)?)?;
         let mut look = Look { claim: judged(None, time, false), keeps_window: true, stays: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
-        self.look(self.taken.part, depth, &mut look)?;
+        self.look(self.taken.part, states, depth, &mut look)?;
         if self.may_be_over()? {
             (look.claim.met, look.claim.violated) = (None, None);
         }
         let Look { claim, keeps_window, stays, watched } = look;
         Ok(Seen { time, states: hull, watched: watched.unwrap_or_default(), claim, keeps_window, stays })
+    }
+
+    /// The states that are read where a part is judged: those of watched quantities, and the time.
+    fn wanted(&self, part: (f64, f64)) -> Vec<bool> {
+        let count = self.mode.field.outputs.len();
+        let mut wanted = vec![part.0 == 0.0 && !self.known.is_empty(); count];
+        wanted[count - 1] = true;
+        for op in &self.mode.watch.ops {
+            if let Op::Variable(v) = op {
+                wanted[*v] = true;
+            }
+        }
+        wanted
     }
 
     fn range(&self, m: &Model) -> Enclosure {
@@ -85,8 +107,8 @@ impl Judge<'_> {
         Ok(self.is_first && self.taken.path.space.range(instant)?.low() <= 0.0)
     }
 
-    fn states(&self, part: (f64, f64)) -> Result<Vec<Model>, Fault> {
-        self.taken.states(part, self.mode.field.outputs.len())
+    fn states(&self, part: (f64, f64), wanted: &[bool]) -> Result<Vec<Model>, Fault> {
+        self.taken.states(part, self.mode.field.outputs.len(), wanted)
     }
 
     /// The quantities watched in states up to a crossing: what makes it has not made it before.
@@ -101,13 +123,12 @@ impl Judge<'_> {
         Ok(Some(watched))
     }
 
-    fn look(&self, part: (f64, f64), depth: u32, seen: &mut Look) -> Result<(), Fault> {
-        let states = self.states(part)?;
-        let Some(watched) = self.watched(&states)? else { return Ok(()) };
+    fn look(&self, part: (f64, f64), states: &[Model], depth: u32, seen: &mut Look) -> Result<(), Fault> {
+        let Some(watched) = self.watched(states)? else { return Ok(()) };
         // Where the domain holds nowhere there is no run to judge.
         let Some(mut known) = self.mode.kept(&watched) else { return Ok(()) };
         if part.0 == 0.0 && !self.known.is_empty() {
-            self.add_known(&states, &mut known);
+            self.add_known(states, &mut known);
         }
         let (claim, window) = (self.mode.claim.truth(&known), self.mode.window.truth(&known));
         let rest = self.mode.rest.truth(&known);
@@ -117,8 +138,11 @@ impl Judge<'_> {
         }
         if (claim.is_none() || window != Some(true) || rest.is_none()) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
-            self.look((part.0, middle), depth - 1, seen)?;
-            return self.look((middle, part.1), depth - 1, seen);
+            let halves = [(part.0, middle), (middle, part.1)];
+            return halves.into_iter().try_for_each(|half| {
+                let states = self.states(half, &self.wanted(half))?;
+                self.look(half, &states, depth - 1, seen)
+            });
         }
         let time = self.range(states.last().ok_or(Fault::Unknown)?)?;
         let raw = self.mode.claim.truth(&watched);

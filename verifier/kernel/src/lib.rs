@@ -33,10 +33,12 @@ pub mod path;
 #[cfg(feature = "python")]
 mod python;
 pub mod ratio;
+pub mod recording;
 pub mod robustness;
 pub mod roots;
 pub mod rounding;
 pub mod rules;
+pub mod runs;
 pub mod series;
 pub mod sets;
 pub mod signal;
@@ -44,6 +46,7 @@ pub mod simulate;
 #[cfg(feature = "python")]
 mod simulate_python;
 mod spreading;
+mod step;
 pub mod stepping;
 pub mod sweep;
 pub mod tree;

@@ -26,23 +26,29 @@ impl Path {
         self.series[0].len() - 1
     }
 
-    /// The first states at instants `t` of the step, with all errors in their radius.
-    pub fn states(&self, t: Interval, count: usize) -> Result<Vec<Model>, Fault> {
+    /// The first states at instants `t` of the step, with all errors in their radius; zero in place of those not wanted.
+    pub fn states(&self, t: Interval, count: usize, wanted: &[bool]) -> Result<Vec<Model>, Fault> {
         let order = self.order();
         let powers: Vec<Interval> = (0..=order as i32).map(|i| t.powi(i)).collect::<Result<_, _>>()?;
         let last = t.powi(order as i32 + 1)?;
         let state = |v: usize| {
+            if !is_wanted(wanted, v) {
+                return Ok(self.space.zero());
+            }
             let model = self.space.combination(&self.series[v], &powers)?;
             self.space.shifted(&model, self.rest(v, last)?)
         };
         (0..count.min(self.series.len())).map(state).collect()
     }
 
-    /// The first states at instants of the step that depend on the set variables.
-    pub fn states_at(&self, t: &Model, count: usize) -> Result<Vec<Model>, Fault> {
+    /// The same at instants of the step that depend on the set variables.
+    pub fn states_at(&self, t: &Model, count: usize, wanted: &[bool]) -> Result<Vec<Model>, Fault> {
         let space = &self.space;
         let last = space.range(t)?.powi(self.order() as i32 + 1)?;
         let state = |v: usize| {
+            if !is_wanted(wanted, v) {
+                return Ok(space.zero());
+            }
             let (highest, rest) = self.series[v].split_last().ok_or(Fault::Unknown)?;
             let sum = rest.iter().rev().try_fold(highest.clone(), |sum, c| space.add(&space.mul(&sum, t)?, c))?;
             space.shifted(&sum, self.rest(v, last)?)
@@ -53,4 +59,9 @@ impl Path {
     fn rest(&self, v: usize, power: Interval) -> Result<Interval, Fault> {
         power.mul(self.lagrange[v])?.add(Interval::symmetric(self.moved[v])?)
     }
+}
+
+/// Whether a state is wanted: what nothing is said about is.
+fn is_wanted(wanted: &[bool], v: usize) -> bool {
+    wanted.get(v).copied().unwrap_or(true)
 }

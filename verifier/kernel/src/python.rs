@@ -7,6 +7,7 @@ use crate::flowpipe::{flowpipe as flow, End, Pipe, Settings};
 use crate::interval::{Enclosure, Interval};
 use crate::kinematics;
 use crate::ratio;
+use crate::recording;
 use crate::series::{Op, Tape};
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
@@ -232,6 +233,14 @@ mod _kernel {
     ) -> PyResult<Tree> {
         let limits = (order_degree_steps_depth, tolerance_first_longest_least, jumps_stretches_cuts);
         followed(py, &modes, &start, horizon, until, limits)
+    }
+
+    /// The coefficients of polynomials in time and the set as integers in units of `2^-bits`, time in units of `length`:
+    /// by variable and power of time from the first on, without zeros at the ends.
+    #[pyfunction]
+    fn units(series: Vec<Vec<Vec<f64>>>, length: f64, bits: u32) -> PyResult<Vec<Vec<Vec<i64>>>> {
+        let found: Result<Vec<_>, Why> = series.iter().map(|x| recording::units(x, length, bits)).collect();
+        found.map_err(|why| Fault::new_err(why.to_string()))
     }
 
     /// Quantities of a motion over stretches of time: ends, and what each quantity lies in, where it has an enclosure.

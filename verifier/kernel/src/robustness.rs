@@ -3,8 +3,8 @@
 //! Dense time, on the pieces of the run: extrema are those of polynomials, not of samples (A. Donze, O. Maler, Robust
 //! satisfaction of temporal logic over real-valued signals, 2010).
 
+use crate::runs::Run;
 use crate::signal::{greater, greatest_ahead, greatest_within, negated, Group, Segment, Signal, BEYOND};
-use crate::simulate::Run;
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Formula {

@@ -6,7 +6,8 @@ use crate::condition::Condition;
 use crate::dense::{at, Jets, Op, Program};
 use crate::python::{condition, Words};
 use crate::robustness::{robustness, Formula};
-use crate::simulate::{simulate, End, Plan, Policy, Run, Write};
+use crate::runs::{End, Plan, Policy, Run, Write};
+use crate::simulate::simulate;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -256,7 +257,7 @@ impl Record {
 
     fn pieces(&self) -> Vec<PieceRow> {
         let n = self.automaton.variables;
-        let row = |p: &crate::simulate::Piece| {
+        let row = |p: &crate::runs::Piece| {
             let observed = rows(&p.observed, self.automaton.modes[p.mode].observed.len());
             (p.mode, p.jumps, p.start, p.length, rows(&p.states, n), observed)
         };
@@ -292,7 +293,7 @@ impl Record {
 }
 
 impl Record {
-    fn row(&self, p: &crate::simulate::Piece, t: f64) -> SampleRow {
+    fn row(&self, p: &crate::runs::Piece, t: f64) -> SampleRow {
         let state: Vec<f64> = rows(&p.states, self.automaton.variables).iter().map(|s| at(s, t - p.start)).collect();
         let values = Jets::values(&self.automaton.modes[p.mode].program, &state);
         let outputs = self.outputs[p.mode].iter().map(|&r| values[r]).collect();

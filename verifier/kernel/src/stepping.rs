@@ -1,9 +1,10 @@
 //! How long a step may be (A. Jorba, M. Zou, A software package for the numerical integration of ODEs, 2005).
 
 use crate::automaton::Mode;
-use crate::dense::Jets;
+use crate::dense::{Jets, Op, Program};
 
 const FLOOR: f64 = 1e-12; // a state nearer to zero does not ask for shorter steps
+const NEAR: f64 = 1e3; // steps to a zero
 const TAIL: f64 = 1e-14; // of a watched quantity's magnitude is lost beyond the order
 
 impl Jets {
@@ -24,6 +25,17 @@ impl Jets {
             h = self.within(r, h);
         }
         h
+    }
+
+    /// Whether something that must not be zero will be within about a step: a denominator, what has a logarithm or root.
+    pub fn nears_a_pole(&self, program: &Program, h: f64) -> bool {
+        program.ops[..program.moving].iter().any(|op| match *op {
+            Op::Div(_, a) | Op::Sqrt(a) | Op::Log(a) | Op::Power(a, _) => {
+                let series = self.register(a);
+                series[0] == 0.0 || series[0].abs() <= NEAR * h * series[1].abs()
+            }
+            _ => false,
+        })
     }
 
     /// A step on which the series of a register is good, too.

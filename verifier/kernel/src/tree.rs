@@ -52,7 +52,7 @@ impl Tree {
                 is_middle,
             };
             // Whether runs stay is no matter of the claim.
-            Ok(Segment { stays: g.stays, ..judge.seen(self.depth)?.of(g.taken.clone()) })
+            Ok(Segment { stays: g.stays, ..judge.seen_again(&g.states, self.depth)?.of(g.taken.clone()) })
         };
         let segments = s.segments.iter().enumerate().map(segment).collect::<Result<_, _>>()?;
         let jump = match (&s.jump, s.parent) {

@@ -131,12 +131,18 @@ pub(crate) fn kept(domain: &Guard, values: &[Interval]) -> Option<Vec<Interval>>
 }
 
 /// The states during a part of a step, or of its way to an instant that depends on the set.
-pub(crate) fn during(path: &Path, until: Option<&Model>, part: (f64, f64), count: usize) -> Result<Vec<Model>, Fault> {
+pub(crate) fn during(
+    path: &Path,
+    until: Option<&Model>,
+    part: (f64, f64),
+    count: usize,
+    wanted: &[bool],
+) -> Result<Vec<Model>, Fault> {
     match until {
-        None => path.states(Interval::new(part.0 * path.h, (part.1 * path.h).min(path.h))?, count),
+        None => path.states(Interval::new(part.0 * path.h, (part.1 * path.h).min(path.h))?, count, wanted),
         Some(instant) => {
             let share = Interval::new(part.0, part.1)?;
-            path.states_at(&path.space.scale(instant, share)?, count)
+            path.states_at(&path.space.scale(instant, share)?, count, wanted)
         }
     }
 }
@@ -189,7 +195,7 @@ impl Walk<'_> {
             Clock::Same => None,
             Clock::Until(event) => Some(event.instant),
         };
-        during(&step.path, until, (from, to), self.mode.field.outputs.len())
+        during(&step.path, until, (from, to), self.mode.field.outputs.len(), &[])
     }
 
     pub(crate) fn watched(&self, states: &[Model]) -> Result<Vec<Interval>, Fault> {

@@ -35,7 +35,7 @@ from haverify.text.record import record, replace
 Json = Any
 METHOD = "taylor-reach"
 Q = Fraction
-RECORDED = ("always", "can_reach")
+RECORDED = ("always", "can_reach", "reach")
 USUAL = Q(1)
 
 
@@ -54,8 +54,9 @@ def decide_flow(
         raise OutsideFragmentError("invariants of flows need a proof of induction, which flowpipes are not")
     used = [g.condition for c in spec.claims if c.name in claim.using for g in c.goals]
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used)
-    questions = [question_of(model, claim, goal) for goal in claim.goals]
     shared = Trees() if trees is None else trees
+    model.compiled = shared.compiled
+    questions = [question_of(model, claim, goal) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(
@@ -150,8 +151,8 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     """The verdict that a run shows."""
     kind, shown = question.asked.kind, {"kind": "flow_run", "run": run_json(run)}
     piece = question.shown[0]
-    is_recorded = _may_be_recorded(question) and not run.steps
-    record = run_record(question, piece.start, piece.box, run.last) if is_recorded else None
+    until = question.asked.last if kind == "reach" else sum((s.dwell for s in run.steps), run.last)
+    record = run_record(question, piece.start, piece.box, until) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)
     return Answer(Refuted(), "violated" if kind == "always" else "never met", shown, run, record=record)

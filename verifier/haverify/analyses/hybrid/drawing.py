@@ -16,13 +16,17 @@ from haverify.solvers.kernel import Pair, Stage, Stretch
 
 Q = Fraction
 Json = Any
+Bound = tuple[int, int, float]
 
 
 def drawing(question: Question) -> Json:
     """The value of a drawing, None where there is nothing to draw."""
     model = question.model
+    bounds = [_bounds(question, mode) for mode in range(len(model.modes))]
     drawn = [
-        Drawn(model.places[s.mode].mode, jumps, _first(s, piece), [(g.time, _seen(question, s, g)) for g in s.stages])
+        Drawn(
+            model.places[s.mode].mode, jumps, _first(s, piece), [(g.time, _seen(bounds[s.mode], g)) for g in s.stages]
+        )
         for piece in question.shown
         for s, jumps in zip(piece.tree, jumps_of(model, piece.tree), strict=True)
         if s.stages
@@ -48,17 +52,20 @@ def _first(s: Stretch, piece: Piece) -> Sequence[Pair]:
     return sides(piece.box) if s.parent is None else s.stages[0].states
 
 
-def _seen(question: Question, s: Stretch, g: Stage) -> Sequence[Pair]:
+def _seen(bounds: Sequence[Bound], g: Stage) -> Sequence[Pair]:
     """The box of a step, cut where a variable was looked at more closely because the claim compares it."""
     box = list(g.states)
-    for quantity, _, place in question.compared[s.mode] if g.watched else []:
-        bound = _bound(question, quantity)
-        if bound is not None:
-            v, shift = bound
-            low, high = g.watched[place]
-            cut = max(box[v][0], low + shift), min(box[v][1], high + shift)
-            box[v] = cut if cut[0] <= cut[1] else box[v]
+    for place, v, shift in bounds if g.watched else ():
+        low, high = g.watched[place]
+        cut = max(box[v][0], low + shift), min(box[v][1], high + shift)
+        box[v] = cut if cut[0] <= cut[1] else box[v]
     return box
+
+
+def _bounds(question: Question, mode: int) -> list[Bound]:
+    """The comparisons of variables with numbers: where the difference is watched, the variable, the number."""
+    found = ((place, _bound(question, quantity)) for quantity, _, place in question.compared[mode])
+    return list(dict.fromkeys((place, *bound) for place, bound in found if bound is not None))
 
 
 def _bound(question: Question, quantity: Expr) -> tuple[int, float] | None:

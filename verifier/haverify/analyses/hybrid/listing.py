@@ -104,9 +104,11 @@ def _mode(
     at = Situation(model.places[number].mode)
     variables = _numbers(model.names)
     rates, driven = fields(model, mode)
-    flow = Tape(_numbers([*model.names, *(INPUT + d.name for d in driven)]), known)
-    field = [flow.add(rates.get(n, ZERO)) for n in model.names[:-1]]
-    field.append(flow.add(ONE))
+    # Where a claim has modes of its own, others with the same names may have other fields.
+    flows = model.compiled if model.is_plain else {}
+    key = model.automaton.name, model.names, mode.name
+    if key not in flows:
+        flows[key] = _flow(model, number, rates, [d.name for d in driven])
     watched = Watched(Tape(variables, known))
     domain = [*_conjuncts(closed(condition(residual(mode.domain, at), known)))]
     borders = [c for c in domain if isinstance(c, Atom)]
@@ -130,7 +132,14 @@ def _mode(
             edges.append(_edge(model, number, edge, case, borders, judged.landing[index], watched))
             model.edges[number].append(index)
     ranges = [_ends(chosen.get(d.name, (d.low, d.high))) for d in driven]
-    return flow.listing(field), ranges, watched.listing(), guard, facts, rest, claim, window, edges
+    return flows[key], ranges, watched.listing(), guard, facts, rest, claim, window, edges
+
+
+def _flow(model: HybridModel, number: int, rates: dict[str, Expr], driven: Sequence[str]) -> Listing:
+    """The rates of the state as functions of it and of what drives it."""
+    flow = Tape(_numbers([*model.names, *(INPUT + n for n in driven)]), model.definitions[number])
+    field = [flow.add(rates.get(n, ZERO)) for n in model.names[:-1]]
+    return flow.listing([*field, flow.add(ONE)])
 
 
 def _ends(pair: tuple[Q, Q]) -> Pair:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from haverify.analyses.hybrid.model import Start
 from haverify.analyses.hybrid.question import Piece, Question, follow, from_the_middle
 from haverify.evidence.verdict import Margin
+from haverify.maths.interval import Interval
 from haverify.model.expression import nodes
 from haverify.solvers.kernel import Stretch
 
@@ -31,12 +32,12 @@ def margin(question: Question, proof: Sequence[Piece], start: Start, point: Sequ
     ((_, op),) = bounds
     is_above = op in (">", ">=")
     places = [c[2] for c in claimed if c is not None]
-    low, at = min(_distances(question, trees, places, is_above, 0 if is_above else 1), default=(None, 0.0))
-    if low is None:
+    least, at = min(_distances(question, trees, places, is_above, 0 if is_above else 1), default=(None, 0.0))
+    if least is None:
         return None
     certain = [s for s in _run(question, proof[0], start, point) if s.is_certain]
-    near, _ = min(_distances(question, [certain], places, is_above, 1 if is_above else 0), default=(low, 0.0))
-    return Margin(low, max(low, near), str(unit), f"t = {max(at, 0.0):.6g} s")
+    near, _ = min(_distances(question, [certain], places, is_above, 1 if is_above else 0), default=(least, 0.0))
+    return Margin(Q(least), Q(max(least, near)), str(unit), f"t = {max(at, 0.0):.6g} s")
 
 
 def _run(question: Question, piece: Piece, start: Start, point: Sequence[Q]) -> Sequence[Stretch]:
@@ -53,12 +54,14 @@ def _run(question: Question, piece: Piece, start: Start, point: Sequence[Q]) -> 
 
 def _distances(
     question: Question, trees: Sequence[Sequence[Stretch]], places: Sequence[int], is_above: bool, end: int
-) -> Iterator[tuple[Q, float]]:
+) -> Iterator[tuple[float, float]]:
     """For each step that the claim speaks of, an end of the claim's quantity as a distance to the bound."""
+    # The floats next to the ends, outwards: a step that only they let in is one more.
+    first, last = Interval.at(question.asked.first).low, Interval.at(question.asked.last).high
     for s in (s for tree in trees for s in tree):
         for g in s.stages:
-            if g.watched and g.time[1] >= question.asked.first and g.time[0] <= question.asked.last:
-                value = Q(g.watched[places[s.mode]][end])
+            if g.watched and g.time[1] >= first and g.time[0] <= last:
+                value = g.watched[places[s.mode]][end]
                 yield (value if is_above else -value), g.time[0]
 
 

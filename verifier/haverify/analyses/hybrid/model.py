@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from haverify.analyses.hybrid.conditions import members
@@ -16,6 +16,7 @@ from haverify.model.spec import Spec
 from haverify.obligations.constants import Values, params_of, values_of
 from haverify.obligations.residual import Situation, residual
 from haverify.obligations.translate import OutsideFragmentError
+from haverify.solvers.kernel import Listing
 from haverify.text.record import field, holder, record
 
 Q = Fraction
@@ -56,6 +57,8 @@ class HybridModel:
     origins: tuple[int | None, ...]
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
     edges: list[list[int]] = field(default_factory=list)
+    # Fields as the kernel takes them, by automaton, names of the state and mode: for claims without modes of their own.
+    compiled: dict[Hashable, Listing] = field(default_factory=dict)
 
     def mode(self, name: str) -> int:
         """The number of a mode."""

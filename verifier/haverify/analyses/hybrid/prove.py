@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import takewhile
 from math import floor
 
+from haverify.analyses.hybrid import shared
 from haverify.analyses.hybrid.options import cuts
-from haverify.analyses.hybrid.question import Piece, Question, follow
+from haverify.analyses.hybrid.question import Piece, Question, follow, grow_all
 from haverify.analyses.hybrid.starts import cut, halves, is_point
 from haverify.evidence.verdict import Unknown
 from haverify.solvers.kernel import Stage, Stretch
@@ -77,14 +78,22 @@ def _is_worth_it(question: Question, failed: Iterable[Failed]) -> bool:
 def _tried(question: Question, pieces: Iterable[Piece]) -> tuple[list[Piece], list[Failed]]:
     """The pieces of which the goal is shown, and the others, all followed."""
     found, failed = list[Piece](), list[Failed]()
-    for wanted in pieces:
-        piece = _followed(question, wanted)
+    for piece in _all_followed(question, list(pieces)):
         trouble = [s for s in piece.tree if not _shows(question, s)]
         if trouble:
             failed.append(_failed(question, piece, trouble))
         else:
             found.append(piece)
     return found, failed
+
+
+def _all_followed(question: Question, pieces: Sequence[Piece]) -> Iterator[Piece]:
+    """The pieces with their trees, as many of which are grown at the same time as there are threads."""
+    for at in range(0, len(pieces), shared.THREADS):
+        some = pieces[at : at + shared.THREADS]
+        if len(some) > 1 and question.asked.kind != "reach":
+            grow_all(question, some)
+        yield from (_followed(question, wanted) for wanted in some)
 
 
 def _followed(question: Question, wanted: Piece) -> Piece:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from fractions import Fraction
 
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
@@ -127,13 +127,29 @@ def _tree(question: Question, start: Start, box: Box, is_finer: bool) -> tuple[T
 def _grown(
     question: Question, start: Start, box: Box, horizon: float, settings: Settings, budget: Budget
 ) -> tuple[Tree, bool]:
+    return question.trees.get(*_wanted(question, start, box, horizon, settings, budget))
+
+
+def _wanted(
+    question: Question, start: Start, box: Box, horizon: float, settings: Settings, budget: Budget
+) -> tuple[Hashable, Callable[[], Tree]]:
+    """What a tree depends on, and how to grow it."""
+    given = start.mode, sides(box), _known(question, start, box)
+
     def grow() -> Tree:
-        given = start.mode, sides(box), _known(question, start, box)
         return grown(question.modes, given, horizon, "horizon", settings, budget)
 
     model = question.model
     about = model.automaton.name, model.names, model.assumed, model.used, tuple(sorted(question.driven.items()))
-    return question.trees.get((*about, start.mode, box, horizon, settings, budget), grow)
+    return (*about, start.mode, box, horizon, settings, budget), grow
+
+
+def grow_all(question: Question, pieces: Sequence[Piece]) -> None:
+    """Grow the trees of some pieces up to the horizon at the same time."""
+    horizon, budget = Interval.at(max(question.asked.last, INSTANT)).high, _budget(question)
+    question.trees.grow([
+        _wanted(question, p.start, p.box, horizon, settings_of(question, p.box, p.is_finer), budget) for p in pieces
+    ])  # fmt: skip
 
 
 def from_the_middle(question: Question, piece: Piece) -> list[Stretch]:
@@ -200,7 +216,7 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     looks = LOOKS * DRIVEN if any(driven for _, driven, *_ in question.modes) else LOOKS
-    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, horizon * 1e-9, STEPS, 4)
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, STEPS, 4)
     settings = tuned(settings, question.claim, wide)
     return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings
 

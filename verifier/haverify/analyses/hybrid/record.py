@@ -16,7 +16,7 @@ from haverify.analyses.hybrid.question import Piece, Question, follow_record, re
 from haverify.analyses.hybrid.starts import Box, halves
 from haverify.maths.digits import rational_text
 from haverify.maths.interval import Fault
-from haverify.solvers.kernel import RecordedStretch, Step
+from haverify.solvers.kernel import RecordedStretch, Step, units
 
 Q = Fraction
 Json = Any
@@ -79,9 +79,11 @@ def _new_file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], 
     bits = precision([step for _, step in steps])
     if bits is None or any(len(m) != len(varied) for m in monomials):
         return None
-    starts = [
-        _start(model, box, trees, bits, ceil(until * 2**bits)) for (box, _), trees in zip(given, grown, strict=True)
-    ]
+    last = ceil(until * 2**bits)
+    try:
+        starts = [_start(model, box, trees, bits, last) for (box, _), trees in zip(given, grown, strict=True)]
+    except Fault:
+        return None
     return {
         "schema": "haverify.flow/1", "automaton": model.automaton.name, "bits": bits,
         "order": len(steps[0][1][1][0]) - 1, "set": varied, "monomials": monomials, "starts": starts,
@@ -96,7 +98,8 @@ def set_of(names: Names, piece: Box) -> list[str]:
 
 def precision(steps: Sequence[Step]) -> int | None:
     """How many bits behind the point coefficients may have; None where their numbers would be too long."""
-    most = max((abs(c) for _, x in steps for v in x for row in v for c in row), default=1.0)
+    rows = [row for _, x in steps for v in x for row in v if row]
+    most = max((max(max(row), -min(row)) for row in rows), default=1.0)
     bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
     return bits if bits >= COARSEST else None
 
@@ -145,16 +148,12 @@ def step_json(h: int, series: list[list[list[float]]], bits: int, pace: list[flo
     With a pace, a polynomial of the set, that is how fast time passes: h times it is the step's length.
     """
     length = ldexp(h, -bits)
-    paths = [_trimmed([polynomial(row, length**k, bits) for k, row in enumerate(x)][1:]) for x in series]
-    return {"h": h if pace is None else polynomial(pace, length, bits), "x": paths}
+    return {"h": h if pace is None else polynomial(pace, length, bits), "x": units(series, length, bits)}
 
 
 def polynomial(row: list[float], factor: float, bits: int) -> list[int]:
     """Coefficients in units."""
-    return _trimmed([round(ldexp(c * factor, bits)) for c in row]) if row else []
-
-
-def _trimmed(row: list[Any]) -> list[Any]:
-    while row and not row[-1]:
-        row.pop()
-    return row
+    found = [round(ldexp(c * factor, bits)) for c in row]
+    while found and not found[-1]:
+        found.pop()
+    return found

@@ -66,6 +66,8 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     at = Situation(model.places[start.mode].mode)
     conditions = [condition(residual(e, at), known) for e in start.rest]
     conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
+    if all(c is True for c in conditions):
+        return True
     variables = {n: i for i, n in enumerate(model.names)}
     watched = Watched(Tape(variables, known))
     words = watched.words(Every(tuple(conditions)))
@@ -192,7 +194,7 @@ def _passage(model: HybridModel, s: Stretch, edge: str | None, time: Pair, state
     names = [v.name for v in model.automaton.vars]
     known = dict(zip(names, states, strict=False)) | {n: (float(q), float(q)) for n, q in model.discrete(s.mode)}
     ends = tuple((v, *known[v]) for v in model.variables if v in known)
-    return Passage(model.places[s.mode].mode, edge, time, ends)
+    return Passage(model.places[s.mode].mode, edge, (max(time[0], 0.0), time[1]), ends)
 
 
 def _is_jump(model: HybridModel, tree: Sequence[Stretch], number: int) -> bool:

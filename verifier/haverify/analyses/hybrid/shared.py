@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from typing import Any
+import os
+from collections.abc import Callable, Hashable, Sequence
+from threading import Thread
+from typing import Any, TypeVar
 
-from haverify.solvers.kernel import Tree
+from haverify.solvers.kernel import Listing, Tree
 from haverify.text.record import field, holder
 
 MOST = 12_000_000  # floats of polynomials that are kept
+THREADS = min(4, os.cpu_count() or 1)  # in which trees are grown at the same time
+
+T = TypeVar("T")
 
 
 @holder
@@ -19,14 +24,58 @@ class Trees:
     size: int = 0
     # What is recorded of them, for all claims that rest on the same.
     files: dict[Hashable, Any] = field(default_factory=dict)
+    # The fields of the model, compiled.
+    compiled: dict[Hashable, Listing] = field(default_factory=dict)
+
+    # Trees that were grown for a question which has not looked at them yet.
+    fresh: set[Hashable] = field(default_factory=set)
 
     def get(self, key: Hashable, grow: Callable[[], Tree]) -> tuple[Tree, bool]:
         """The tree, and whether it was grown just now."""
         if key in self.known:
-            return self.known[key], False
+            is_new = key in self.fresh
+            self.fresh.discard(key)
+            return self.known[key], is_new
         tree = grow()
+        self._keep(key, tree)
+        return tree, True
+
+    def grow(self, wanted: Sequence[tuple[Hashable, Callable[[], Tree]]]) -> None:
+        """Grow those of some trees that are missing, each in a thread of its own.
+
+        What a tree is does not depend on others, and they are kept in the order given: how many threads there are
+        makes no difference.
+        """
+        missing = {key: grow for key, grow in wanted if key not in self.known}
+        for key, tree in zip(missing, at_once(list(missing.values())), strict=True):
+            self._keep(key, tree)
+            self.fresh.add(key)
+
+    def _keep(self, key: Hashable, tree: Tree) -> None:
         self.size += tree.size()
         self.known[key] = tree
         while self.size > MOST and len(self.known) > 1:
             self.size -= self.known.pop(next(iter(self.known))).size()
-        return tree, True
+
+
+def at_once(calls: Sequence[Callable[[], T]]) -> list[T]:
+    """What some calls return, each made in a thread of its own; the first of their exceptions, if there is one."""
+    if len(calls) == 1:
+        return [calls[0]()]
+    results: list[list[T]] = [[] for _ in calls]
+    faults: list[list[Exception]] = [[] for _ in calls]
+
+    def made(number: int) -> None:
+        try:
+            results[number].append(calls[number]())
+        except Exception as e:  # noqa: BLE001 (raised again below, in the thread that asked)
+            faults[number].append(e)
+
+    threads = [Thread(target=made, args=(number,)) for number in range(len(calls))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for fault in (f for found in faults for f in found):
+        raise fault
+    return [result for found in results for result in found]

@@ -68,7 +68,7 @@ def _sample(panes: Sequence[Pane], kind: int, x: float, y: float) -> str:
 
 def _kind(kind: int) -> str:
     """The classes of a curve: the first is broad, so that it shows beneath others that coincide with it."""
-    return f"term t{kind % 10}" + (" under" if kind == 0 else "")
+    return f"term t{kind % 10}" + (" broad" if kind == 0 else "")
 
 
 def _pane(pane: Pane, bands: Sequence[tuple[str, float, float]], left: float, top: float) -> list[str]:

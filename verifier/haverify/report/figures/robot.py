@@ -148,9 +148,11 @@ def soles(film: Film) -> str:
         parts.append(svg.rect(x, y, far - x, low - y, "bound"))
         parts += _trails(film, side, place)
         parts.append(svg.circle((x0, y0), 2.5, "mark"))
-    size = f"the sole is {1000 * (front - back):.3g} mm by {1000 * (left - right):.3g} mm"
-    said = f"forward to the right; {size}; dashed: centre of mass; beyond the rim drawn at it"
-    parts.append(svg.label(345, height - 8, said, "tick", "m"))
+    size = f"forward to the right; the sole is {1000 * (front - back):.3g} mm by {1000 * (left - right):.3g} mm"
+    parts.append(svg.label(345, height - 20, size, "tick", "m"))
+    parts.append(
+        svg.label(345, height - 6, "dashed: centre of mass; what is farther out is drawn at the rim", "tick", "m")
+    )
     return svg.drawing(690, height, parts, "the zero moment point under the stance soles")
 
 
@@ -237,7 +239,7 @@ def _curve(film: Film, c: Curve, x: svg.Scale, top: float, high: float, width: f
     rows = zip(film.modes, film.times, c.values, strict=True)
     for _, group in groupby(rows, key=lambda r: r[0]):
         points = [(x(t), y(v)) for _, t, v in group]
-        parts.append(svg.polyline(points, "curve under" if c.others else "curve"))
+        parts.append(svg.polyline(points, "curve broad" if c.others else "curve"))
     for k, (name, other) in enumerate(c.others.items()):
         kind = f"term t{(1, 2, 4)[k % 3]}" + (" dashed" if k else "")
         parts.append(svg.polyline([(x(t), y(v)) for t, v in other], kind))

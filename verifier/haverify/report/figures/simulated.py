@@ -109,24 +109,31 @@ def _time_axis(span: tuple[float, float], y: float) -> list[str]:
     return parts
 
 
-def in_plane(names: tuple[str, str], runs: Sequence[Run], slopes: Sequence[Slope], title: str) -> str:
-    """Orbits of two quantities; `slopes` are drawn as short arrows of one length."""
-    x = _range(runs, 0) if runs else _hull([s[0] for s in slopes])
-    y = _range(runs, 1) if runs else _hull([s[1] for s in slopes])
+def in_plane(names: tuple[str, str], runs: Sequence[Run], slopes: Sequence[Slope], title: str, orbit: Run = ()) -> str:
+    """Orbits of two quantities; `slopes` are drawn as short arrows of one length, a periodic orbit over faint runs."""
+    x = _range([*runs, orbit], 0) if runs else _hull([s[0] for s in slopes])
+    y = _range([*runs, orbit], 1) if runs else _hull([s[1] for s in slopes])
     frame = Frame(LEFT, 28.0, SQUARE, SQUARE * 0.8, x, y)
     parts = [svg.rect(frame.left, frame.top, frame.width, frame.height, "frame"), *_axes(frame, names)]
     parts += [p for s in slopes if (p := _arrow(s, frame)) is not None]
+    faint = " under" if orbit else ""
     for number, run in enumerate(runs):
-        last: svg.Point | None = None
-        for s in run:
-            points = [frame.at(a, b) for a, b in zip(s.values[0], s.values[1], strict=True)]
-            if last is not None and math.dist(last, points[0]) > 1.5:
-                parts.append(svg.line(last, points[0], "jump"))
-            parts.append(svg.polyline(points, f"term t{number % COLOURS}"))
-            last = points[-1]
+        parts += _course(run, frame, f"term t{number % COLOURS}{faint}")
         if run and run[0].times:
             parts.append(svg.circle(frame.at(run[0].values[0][0], run[0].values[1][0]), 3.0, "mark"))
+    parts += _course(orbit, frame, "orbit")
     return svg.drawing(LEFT + SQUARE + 20, frame.top + frame.height + 44, parts, title)
+
+
+def _course(run: Run, frame: Frame, kind: str) -> Iterator[str]:
+    """One line for each stay, and a dotted one for each jump that moves the state."""
+    last: svg.Point | None = None
+    for s in run:
+        points = [frame.at(a, b) for a, b in zip(s.values[0], s.values[1], strict=True)]
+        if last is not None and math.dist(last, points[0]) > 1.5:
+            yield svg.line(last, points[0], "jump")
+        yield svg.polyline(points, kind)
+        last = points[-1]
 
 
 def _hull(values: Sequence[float]) -> tuple[float, float]:
