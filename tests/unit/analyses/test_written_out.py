@@ -139,6 +139,7 @@ def test_a_change_of_side_is_no_jump(tmp_path: Path) -> None:
     [
         (SWITCH.replace("BRANCH", "x"), "within 1; always x <= 3", "agree"),
         (KICKS.replace("n < 2", "n < 3"), "within 4; always x <= 9", "its type does not have"),
+        (KICKS.replace("n: Count", "n: Count in [0, 1]"), "within 4; always n <= 1", "declared range"),
         (DRAG, "within 2 jumps; always v <= 9", "jumps alone"),
         (DRAG.replace("abs(v)", "+".join(f"abs(v - {k})" for k in range(9))), "within 1; always v <= 9", "sides"),
     ],

@@ -11,6 +11,7 @@ from tests.unit.robot.scene import FOLDER, ROOT, changed, cycle, engine, gait_ma
 
 from haverify.cli import main
 from haverify.errors import UsageError
+from haverify.obligations.translate import OutsideFragmentError
 from haverify.robot import mechanics
 from haverify.robot.checks import Sampled, margins
 from haverify.robot.claims import angle_text, claims_text
@@ -286,3 +287,62 @@ def test_params_that_shape_outputs_are_followed_over_their_ranges(tmp_path):
 def test_where_a_param_moves_a_switch_only_defaults_are_followed(tmp_path):
     found = with_shapes(tmp_path, "    LR until 0.5 s", "    LR until 0.5 s * amp + 0 s")
     assert not found.steady and found.box == {} and found.slowest == found.fastest == 1
+
+
+CHOOSING = """spec "Two phases" version "1.0"
+automaton A {
+  var x: s in [0 s, 2 s]
+  let y: s = x
+  init P with x := 0 s
+  mode P { domain x <= 1 s; flow { x' = 1 } }
+  mode R { domain x <= 2 s; flow { x' = 1 } }
+  edge on: P -> R when x >= 1 s
+  edge back: R -> P when x >= 2 s do x := 0 s
+}
+"""
+
+
+def cycle_with(tmp_path, old, new):
+    """The cycle of two phases, something changed."""
+    assert old in CHOOSING
+    path = tmp_path / "two.ha"
+    path.write_text(CHOOSING.replace(old, new, 1))
+    spec, _, found = read(str(path))
+    assert found == []
+    return cycle_of(spec, spec.automata[0], ["y"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("init P with x := 0 s", "init P with x in [0 s, 0.5 s]", "it starts in more than one state"),
+        ("init P", "init R with x := 1 s\n  init P", "it starts in more than one state"),
+        ("with x := 0 s", "where 0 s < x < 0.5 s", "it starts in more than one state"),
+        ("with x := 0 s", "where x < 0 s", "no state to start from is seen"),
+        ("when x >= 1 s", "when x >= 0.5 s", "mode P may be left at any of several instants"),
+        ("when x >= 1 s", "when x >= 1 s do x in [1 s, 1.5 s]", "edge on chooses a value of `x`"),
+        ("P -> R when x >= 1 s", "P -> R when x > 1 s", "no edge is taken from mode P"),
+        (
+            "  edge back",
+            "  edge aside: P -> P when x >= 1 s do x := 0.5 s\n  edge back",
+            "mode P may be left by edge on and by edge aside",
+        ),
+    ],
+)
+def test_an_automaton_that_chooses_has_no_cycle(old, new, told, tmp_path):
+    with pytest.raises(OutsideFragmentError, match=told):
+        cycle_with(tmp_path, old, new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("with x := 0 s", "where x == 0 s"),
+        ("  edge back", "  edge same: P -> R when x == 1 s\n  edge back"),
+        ("when x >= 1 s", "when x >= 1 s do x in [1 s, 1 s]"),
+    ],
+)
+def test_an_automaton_with_one_run_has_a_cycle(old, new, tmp_path):
+    """Said in other words, the same start, leaving and reset are no choice."""
+    pieces = cycle_with(tmp_path, old, new).pieces
+    assert [(p.mode, p.length, p.outputs["y"]) for p in pieces] == [("P", 1, (0, 1)), ("R", 1, (1, 1))]

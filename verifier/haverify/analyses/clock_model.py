@@ -117,6 +117,9 @@ class ClockModel:
             if v.type != "real":
                 values = self.discrete[v.name]
                 box[v.name] = Interval(values[0], values[-1])
+                low, high = (values[0], values[-1]) if v.range is None else self.values.interval(v.range)
+                if low > values[0] or values[-1] > high:
+                    raise OutsideFragmentError(f"`{v.name}` may leave its declared range")
             else:
                 box[v.name] = EVERYTHING if v.range is None else Interval(*self.values.interval(v.range))
         return box

@@ -7,7 +7,8 @@ from fractions import Fraction
 from itertools import islice
 from types import MappingProxyType
 
-from haverify.analyses.clock_model import ClockModel, clock_model
+from haverify.analyses.clock_model import ClockEdge, ClockModel, clock_model
+from haverify.analyses.clocked import start_box
 from haverify.analyses.motion import NOW, Motion, State
 from haverify.maths.bernstein import Box, bounds
 from haverify.maths.polynomial import Polynomial
@@ -81,10 +82,7 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
     """
     model = clock_model(spec, automaton)
     motion = Motion(model, _defaults(model, spec))
-    starts = [*islice(motion.starts(), 2)]
-    if len(starts) != 1:
-        raise OutsideFragmentError("it starts in more than one state" if starts else "no state to start from is seen")
-    (first,) = starts
+    first = _first(motion)
     pieces: list[Piece] = []
     state = first
     while len(pieces) < _MOST:
@@ -99,6 +97,27 @@ def cycle_of(spec: Spec, automaton: HybridAutomaton, outputs: list[str]) -> Cycl
                 paces = (model.rho_range[0] / now, model.rho_range[1] / now)
             return Cycle(tuple(pieces), motion.params, closes, box is not None, *paces, box or {}, _pacer(model))
     raise OutsideFragmentError(f"no mode comes again within {_MOST}")
+
+
+def _first(motion: Motion) -> State:
+    """The only state to start from."""
+    seen = [*islice(motion.starts(), 2)]
+    if len(seen) > 1 or _is_open(motion.model):
+        raise OutsideFragmentError("it starts in more than one state")
+    if not seen:
+        raise OutsideFragmentError("no state to start from is seen")
+    return seen[0]
+
+
+def _is_open(model: ClockModel) -> bool:
+    """Whether an init line leaves a variable that it does not compute more than one value, be they seen or not."""
+    for init in model.automaton.init:
+        computed = {a.var for a in init.assigns if isinstance(a.to, Expr)}
+        modes = range(len(model.automaton.modes)) if init.mode is None else [model.index[init.mode]]
+        boxes = (start_box(model, init, index) or {} for index in modes)
+        if any(x.low != x.high for box in boxes for v, x in box.items() if v not in computed):
+            return True
+    return False
 
 
 def _defaults(model: ClockModel, spec: Spec) -> dict[str, Q]:
@@ -116,7 +135,6 @@ def _piece(motion: Motion, state: State, outputs: list[str]) -> tuple[Piece, Sta
     if stay is None or not stay[1]:
         raise OutsideFragmentError(f"mode {mode.name} is not left")
     dwell = stay[0]
-    after = motion.at(state, dwell)
     followed = motion.replaced(state)
     scope = model.scope(state.mode)
     moved, shapes = {}, {}
@@ -132,14 +150,30 @@ def _piece(motion: Motion, state: State, outputs: list[str]) -> tuple[Piece, Sta
         moved[name] = tuple(p.univariate()) if p.variables else (p.constant or Q(0),)
         if set(p.variables) - {NOW}:
             raise OutsideFragmentError(f"`{name}` in mode {mode.name} reads `{p.variables[0]}`")
+    edge, following = _left(motion, state, dwell)
+    return Piece(mode.name, state.time, dwell, moved, edge.name, shapes), following
+
+
+def _left(motion: Motion, state: State, dwell: Q) -> tuple[ClockEdge, State]:
+    """The edge taken after a dwell and the state it leads to, where there is but one way to go."""
+    model, name = motion.model, motion.model.automaton.modes[state.mode].name
+    ways: list[tuple[ClockEdge, State]] = []
     for k in model.leaving[state.mode]:
         due = motion.due(state, k, dwell)
-        if due is not None and due < dwell:
-            raise OutsideFragmentError(f"mode {mode.name} may be left at any of several instants")
-        if due is not None:
-            for following, _ in motion.outcomes(after, model.edge(k)):
-                return Piece(mode.name, state.time, dwell, moved, model.edge(k).name, shapes), following
-    raise OutsideFragmentError(f"no edge is taken from mode {mode.name}")
+        if due is None:
+            continue
+        if due < dwell:
+            raise OutsideFragmentError(f"mode {name} may be left at any of several instants")
+        edge = model.edge(k)
+        if chosen := next((v for v, r in edge.resets.items() if r.is_set and r.low != r.high), None):
+            raise OutsideFragmentError(f"edge {edge.name} chooses a value of `{chosen}`")
+        ways += [(edge, after) for after, _ in motion.outcomes(motion.at(state, dwell), edge)]
+    if not ways:
+        raise OutsideFragmentError(f"no edge is taken from mode {name}")
+    edge, following = ways[0]
+    if other := next((e for e, s in ways if (s.mode, s.values) != (following.mode, following.values)), None):
+        raise OutsideFragmentError(f"mode {name} may be left by edge {edge.name} and by edge {other.name}")
+    return edge, following
 
 
 def _box(model: ClockModel, outputs: list[str]) -> Box | None:

@@ -118,9 +118,24 @@ class _Work:
         if name not in self.places:
             if len(self.modes) >= MOST_PLACES:
                 raise OutsideFragmentError("discrete variables with too many values together, beside a flow")
+            self._stay_declared(dict(settled))
             self.places[name] = Place(mode, settled)
             self.modes.append(self._mode(name, mode, dict(settled)))
         return name
+
+    def _stay_declared(self, settled: Known) -> None:
+        """Runs are followed in the declared ranges (LANGUAGE S4), which no place is to be outside of.
+
+        Raises
+        ------
+        OutsideFragmentError    if a variable has a value outside of its range
+        """
+        for v in self.automaton.vars:
+            if v.range is not None and v.name in settled:
+                value, (low, high) = settled[v.name], self.values.interval(v.range)
+                at = Q(str(value.args[0])) if value.op == "num" else Q(self.types[v.name].index(value))
+                if not low <= at <= high:
+                    raise OutsideFragmentError(f"`{v.name}` may leave its declared range")
 
     def _mode(self, name: str, mode: str, known: Known) -> Mode:
         old = next(m for m in self.automaton.modes if m.name == mode)

@@ -126,24 +126,33 @@ def moved(literals: Sequence[Literal], names: Sequence[str], points: Any) -> tup
     value = [compiled(q.polynomial, names) for q in literals]
     slopes = [[compiled(q.polynomial.derivative(v), names) for v in names] for q in literals]
     for _ in range(40):
-        worst = numpy.zeros(len(points))
-        for q, f, g in zip(literals, value, slopes, strict=True):
-            if not q.polynomial.variables:
-                continue
-            v = f.value(points)
-            gradient = numpy.stack([s.value(points) for s in g], axis=1)
-            square = (gradient**2).sum(axis=1) + 1e-12
-            off = v if q.op == "==" else numpy.maximum(v + (1e-6 * numpy.sqrt(square) if q.op == "<" else 0), 0)
-            if q.op == "!=":
-                continue
-            points = points - (off / square)[:, None] * gradient
-            worst = numpy.maximum(worst, abs(off))
+        points, worst = _step(literals, value, slopes, points)
         if worst.max(initial=0) < 1e-12:
             break
     good = numpy.all(numpy.isfinite(points), axis=1)
     for q in literals:
         good &= holds(q, points, names, 1e-9)
     return points, good
+
+
+def _step(
+    literals: Sequence[Literal], value: Sequence[Any], slopes: Sequence[Sequence[Any]], points: Any
+) -> tuple[Any, Any]:
+    """The points after one step for each literal, and how far each was off; what overflows is no point any more."""
+    import numpy
+
+    worst = numpy.zeros(len(points))
+    with numpy.errstate(all="ignore"):
+        for q, f, g in zip(literals, value, slopes, strict=True):
+            if not q.polynomial.variables or q.op == "!=":
+                continue
+            v = f.value(points)
+            gradient = numpy.stack([s.value(points) for s in g], axis=1)
+            square = (gradient**2).sum(axis=1) + 1e-12
+            off = v if q.op == "==" else numpy.maximum(v + (1e-6 * numpy.sqrt(square) if q.op == "<" else 0), 0)
+            points = points - (off / square)[:, None] * gradient
+            worst = numpy.maximum(worst, abs(off))
+    return points, worst
 
 
 def _ranges(literals: Sequence[Literal], names: Sequence[str]) -> tuple[Any, Any]:

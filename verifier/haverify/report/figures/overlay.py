@@ -44,7 +44,7 @@ def overlay(
 ) -> str:
     """The drawing: panes in rows of `across`, over the same bands; `names` explain the colours."""
     rows = -(-len(panes) // across)
-    width, height = across * (WIDTH + 10), TOP + rows * (HEIGHT + GAP) + FOOT
+    width, height = across * (WIDTH + 10) + 10, TOP + rows * (HEIGHT + GAP) + FOOT
     parts = []
     for k, pane in enumerate(panes):
         left, top = (k % across) * (WIDTH + 10) + LEFT, TOP + (k // across) * (HEIGHT + GAP) + 8
@@ -53,10 +53,22 @@ def overlay(
             parts += _clock(bands, left, top + HEIGHT, clock)
     x = LEFT
     for k, name in enumerate(names):
-        parts += [svg.line((x, height - 10), (x + 22, height - 10), f"term t{k % 10}")]
+        parts.append(_sample(panes, k, x, height - 10))
         parts.append(svg.label(x + 27, height - 6, name))
         x += 44 + svg.text_width(name)
     return svg.drawing(width, height, parts, title)
+
+
+def _sample(panes: Sequence[Pane], kind: int, x: float, y: float) -> str:
+    """What a kind of series looks like: a dot or a piece of curve."""
+    if any(s.is_dotted for pane in panes for s in pane.series if s.kind == kind):
+        return svg.circle((x + 14, y), 3.0, f"f{kind % 10}")
+    return svg.line((x, y), (x + 22, y), _kind(kind))
+
+
+def _kind(kind: int) -> str:
+    """The classes of a curve: the first is broad, so that it shows beneath others that coincide with it."""
+    return f"term t{kind % 10}" + (" broad" if kind == 0 else "")
 
 
 def _pane(pane: Pane, bands: Sequence[tuple[str, float, float]], left: float, top: float) -> list[str]:
@@ -94,7 +106,7 @@ def _series(s: Series, at: Place) -> list[str]:
     if s.is_dotted:
         radius = 2.0 if len(s.points) <= _FEW else 0.8
         return [svg.circle(at(p), radius, f"f{s.kind % 10}") for p in s.points]
-    return [svg.polyline([at(p) for p in s.points], f"term t{s.kind % 10}")]
+    return [svg.polyline([at(p) for p in s.points], _kind(s.kind))]
 
 
 def _clock(bands: Sequence[tuple[str, float, float]], left: float, y: float, clock: str) -> list[str]:

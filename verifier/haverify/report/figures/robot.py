@@ -134,12 +134,12 @@ def _fronted(frame: Frame, place: Callable[[Spot], svg.Point]) -> list[str]:
 def soles(film: Film) -> str:
     """The zero moment point under each stance sole, with the edge it must not pass."""
     (back, front), (right, left) = film.sole
-    scale, height, parts = 1500.0, 300.0, []
+    scale, height, parts = 1500.0, 316.0, []
     for k, side in enumerate(("left", "right")):
-        x0, y0 = 105 + 320 * k, height / 2 + 6
+        x0, y0 = 150 + 330 * k, 156
 
         def place(p: Flat, x0: float = x0, y0: float = y0) -> svg.Point:
-            x, y = (min(max(c, -0.085), 0.095) for c in p)
+            x, y = min(max(p[0], -0.085), 0.095), min(max(p[1], -0.075), 0.075)
             return x0 + x * scale, y0 - y * scale
 
         (x, y), (far, low) = place((back, left)), place((front, right))
@@ -148,14 +148,18 @@ def soles(film: Film) -> str:
         parts.append(svg.rect(x, y, far - x, low - y, "bound"))
         parts += _trails(film, side, place)
         parts.append(svg.circle((x0, y0), 2.5, "mark"))
+    size = f"forward to the right; the sole is {1000 * (front - back):.3g} mm by {1000 * (left - right):.3g} mm"
+    parts.append(svg.label(345, height - 20, size, "tick", "m"))
     parts.append(
-        svg.label(330, height - 8, "forward to the right; 1 cm is 15 units; dashed: centre of mass", "tick", "m")
+        svg.label(345, height - 6, "dashed: centre of mass; what is farther out is drawn at the rim", "tick", "m")
     )
-    return svg.drawing(660, height, parts, "the zero moment point under the stance soles")
+    return svg.drawing(690, height, parts, "the zero moment point under the stance soles")
 
 
 def _trails(film: Film, side: str, place: Callable[[Flat], svg.Point]) -> list[str]:
-    parts = []
+    parts: list[str] = []
+    names: list[str] = []
+    taken: list[svg.Point] = []
     rows = zip(film.modes, film.stance, film.points, film.com, strict=True)
     for key, group in groupby(rows, key=lambda row: row[:2]):
         if key[1] == side:
@@ -164,9 +168,18 @@ def _trails(film: Film, side: str, place: Callable[[Flat], svg.Point]) -> list[s
             is_bad = len(points) < len(members) or not all(_holds(film, p) for p in points)
             parts.append(svg.polyline([place(c) for *_, c in members], "jump"))
             if points:
-                parts.append(svg.polyline([place(p) for p in points], "curve bad" if is_bad else "curve"))
-                parts.append(svg.label(place(points[0])[0] + 4, place(points[0])[1] - 4, key[0], "edge"))
-    return parts
+                trail = [place(p) for p in points]
+                parts.append(svg.polyline(trail, "curve bad" if is_bad else "curve"))
+                taken.append(_free(trail, taken))
+                names.append(svg.label(*taken[-1], key[0], "edge"))
+    return parts + names
+
+
+def _free(trail: Sequence[svg.Point], taken: Sequence[svg.Point]) -> svg.Point:
+    """Where a mode's name stands beside its trail, away from names that stand already."""
+    near = [trail[0], trail[len(trail) // 2], trail[-1]]
+    spots = [(x + 4, y + up) for up in (-5, 15, -19, 29) for x, y in near]
+    return next((s for s in spots if all(abs(s[0] - x) > 38 or abs(s[1] - y) > 13 for x, y in taken)), spots[0])
 
 
 def _holds(film: Film, p: Flat) -> bool:
@@ -226,8 +239,9 @@ def _curve(film: Film, c: Curve, x: svg.Scale, top: float, high: float, width: f
     rows = zip(film.modes, film.times, c.values, strict=True)
     for _, group in groupby(rows, key=lambda r: r[0]):
         points = [(x(t), y(v)) for _, t, v in group]
-        parts.append(svg.polyline(points, "curve"))
+        parts.append(svg.polyline(points, "curve broad" if c.others else "curve"))
     for k, (name, other) in enumerate(c.others.items()):
-        parts.append(svg.polyline([(x(t), y(v)) for t, v in other], f"term t{(1, 2, 4)[k % 3]}"))
+        kind = f"term t{(1, 2, 4)[k % 3]}" + (" dashed" if k else "")
+        parts.append(svg.polyline([(x(t), y(v)) for t, v in other], kind))
         parts.append(svg.label(width - 20 - 150 * k, top - 6, name, f"s{(1, 2, 4)[k % 3]}", "e"))
     return parts

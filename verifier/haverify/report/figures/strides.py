@@ -52,9 +52,9 @@ def _orbit(o: Orbit, left: float, top: float) -> list[str]:
 def sticks(poses: Sequence[Mapping[str, float]], names: Sequence[str], title: str) -> str:
     """Both legs at some instants, from left to right: `poses` in degrees by joint, `names` below them.
 
-    The right leg is drawn in ink, the left in blue; the trunk is upright.
+    The right leg is drawn in ink, the left in blue, small enough to stand side by side; the trunk is upright.
     """
-    edge, scale = 95.0, 240.0
+    edge, scale = 60.0, 150.0
     step = (_ACROSS - 2 * edge) / max(len(poses) - 1, 1)
     parts = [svg.line((0, 20 + scale * 0.72), (_ACROSS, 20 + scale * 0.72), "grid")]
     for k, (pose, name) in enumerate(zip(poses, names, strict=True)):
@@ -65,7 +65,10 @@ def sticks(poses: Sequence[Mapping[str, float]], names: Sequence[str], title: st
         parts.append(svg.polyline([(hip[0], hip[1] - scale * 0.16), hip], "origin"))
         parts += [svg.polyline(_leg(pose, side, hip, scale), kind) for side, kind in (("l", "curve"), ("r", "origin"))]
         parts.append(svg.label(hip[0], 20 + scale * 0.72 + 18, name, "tick", "m"))
-    return svg.drawing(_ACROSS, 20 + scale * 0.72 + 30, parts, title)
+    foot = 20 + scale * 0.72 + 40
+    for x, kind, name in ((edge, "curve", "left"), (edge + 80, "origin", "right")):
+        parts += [svg.line((x, foot - 4), (x + 22, foot - 4), kind), svg.label(x + 27, foot, name)]
+    return svg.drawing(_ACROSS, foot + 8, parts, title)
 
 
 def _leg(pose: Mapping[str, float], side: str, hip: Point, scale: float) -> list[Point]:
