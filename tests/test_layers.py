@@ -38,6 +38,7 @@ DOORS = {
     "z3": {"haverify.solvers.z3"},
     "cvxpy": {"haverify.solvers.sdp"},
     "dask": {"haverify.run.executors"},
+    "opensim": {"haverify.fitting.posed"},
     "pinocchio": {"haverify.robot.mechanics"},
 }
 

@@ -326,6 +326,7 @@ def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle of recordings")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the files say")
     p.add_argument("--plot", metavar="PATH.svg", help="draw all curves, percent by percent")
+    p.add_argument("--osim", metavar="MODEL.osim", help="pose this model of OpenSim with all: paths of heels and mass")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:
