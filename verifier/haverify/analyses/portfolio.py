@@ -39,6 +39,8 @@ class Contexts:
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
     decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
+    # The same for systems that are put together, each a spec of its own.
+    wholes: dict[str, Contexts] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -121,9 +123,7 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
 
         return decide_holds(spec, claim, contexts.core_value(), units)
     if any(s.name == claim.on for s in spec.systems):
-        from haverify.analyses.zones import decide_network
-
-        return decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
+        return _of_system(contexts, claim, units)
     missing = _missing(spec, claim)
     if missing is not None:
         return Evidence(Unknown("fragment", missing), (), METHOD)
@@ -136,6 +136,31 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
     except OutsideFragmentError as e:
         return _by_flows(contexts, context, claim, str(e), units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
+    """What is shown of a system: as one of clocks, or put together as one automaton."""
+    from haverify.analyses.zones import decide_network
+
+    found = decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
+    if not isinstance(found.verdict, Unknown) or found.verdict.kind != "fragment":
+        return found
+    name = claim.on or ""
+    try:
+        if name not in contexts.wholes:
+            from haverify.analyses.networks.whole import whole_of
+
+            contexts.wholes[name] = Contexts(whole_of(contexts.spec, name, contexts.core_value()))
+        inner = contexts.wholes[name]
+        told = next(c for c in inner.spec.claims if c.name == claim.name)
+        whole = decide(inner.spec, told, inner, units)
+    except OutsideFragmentError as e:
+        return replace(found, verdict=replace(found.verdict, reason=f"{found.verdict.reason}; put together: {e}"))
+    if isinstance(whole.verdict, Unknown) and whole.verdict.kind == "fragment":
+        more = f"{found.verdict.reason}; put together: {whole.verdict.reason}"
+        return replace(whole, verdict=replace(whole.verdict, reason=more))
+    made = whole.certificate
+    return whole if made is None else replace(whole, certificate={**made, "whole": True})
 
 
 def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:
