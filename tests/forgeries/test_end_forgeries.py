@@ -77,14 +77,14 @@ def test_the_certificates_are_accepted(case: Case, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["ends", "missed", "drained"])
 def test_no_number_in_an_invariant_may_be_another(case: Case, name: str) -> None:
-    places = [p for p in numbers(case.whole[name]) if "modes" in p or p[2:3] == ("start",) and name == "missed"]
+    places = [p for p in numbers(case.whole[name]) if "modes" in p or (p[2:3] == ("start",) and name == "missed")]
     assert len(places) > 8
     assert [p for p in places if not all(is_refused(case, name, changed(case.whole[name], p, by)) for by in BOTH)] == []
 
 
 @pytest.mark.parametrize("name", ["ends", "drained"])
 def test_hardly_a_number_in_a_proof_may_be_another(case: Case, name: str) -> None:
-    """What is cut in may be weaker and still enough, so that the same is shown; an identity holds with no other number."""
+    """What is cut in may be weaker and still enough; an identity holds with its numbers only."""
     places = [p for p in numbers(case.whole[name]) if "proof" in p][::4]
     accepted = [p for p in places if not is_refused(case, name, changed(case.whole[name], p, Q(1)))]
     assert len(places) > 4 and len(accepted) <= len(places) // 10
