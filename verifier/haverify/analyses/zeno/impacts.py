@@ -32,7 +32,7 @@ from haverify.text.record import record
 Q = Fraction
 T = TypeVar("T")
 Shares = dict[int, tuple[Polynomial, Fraction]]  # for edges: what is kept of the speed, and the greatest size of it
-ETA = Q(1, 10**7)
+ETA = Q(1, 10**5)  # seconds: room for heights that are compared by enclosures of functions
 
 
 @record
