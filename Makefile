@@ -62,12 +62,16 @@ bench-sim: $(STAMP)
 	$(HEYOKA)/bin/python tests/bench/heyoka_runs.py > $(HEYOKA)/runs.json
 	$(BIN)/python -m tests.bench.simulation $(HEYOKA)/runs.json
 
-# A simulated motion read back by OpenSim's own readers, in an environment of its own (72 MB are downloaded once).
+# A simulated motion read back by OpenSim's own readers, and its gait2354 posed by a gait and a recording of it, in an
+# environment of its own (72 MB are downloaded once, and what haverify needs).
 test-opensim: $(STAMP)
 	test -x $(OPENSIM)/bin/python || $(PYTHON) -m venv $(OPENSIM)
-	$(OPENSIM)/bin/python -m pip install --quiet opensim==4.6
+	$(OPENSIM)/bin/python -m pip install --quiet --constraint constraints.txt opensim==4.6 lark msgspec networkx scipy
 	$(BIN)/haverify simulate spec/gait.ha --mot $(OPENSIM)/out.mot --csv $(OPENSIM)/out.csv
 	$(OPENSIM)/bin/python tests/peers/opensim_reads.py $(OPENSIM)/out.mot $(OPENSIM)/out.csv
+	PYTHONPATH=verifier $(OPENSIM)/bin/python tests/peers/opensim_poses.py models/gait2354/gait2354.osim
+	PYTHONPATH=verifier $(OPENSIM)/bin/python -m haverify compare models/walks/subject01_walk1_ik.mot spec/gait.ha \
+		--osim models/gait2354/gait2354.osim
 
 # Continuous safety problems; `make bench-invariants PROBLEMS="--seconds 20 --only nl_0"` for some of them, with less time.
 bench-invariants: $(STAMP)

@@ -38,6 +38,8 @@ DOORS = {
     "z3": {"haverify.solvers.z3"},
     "cvxpy": {"haverify.solvers.sdp"},
     "dask": {"haverify.run.executors"},
+    "meshcat": {"haverify.run.replay_meshcat"},
+    "opensim": {"haverify.fitting.posed"},
     "pinocchio": {"haverify.robot.mechanics"},
 }
 

@@ -344,6 +344,8 @@ def established(core: Core, claim: Json, certificate: Json, settings: Callable[[
         from hacheck.holds import held
 
         return held(core, claim, certificate)
+    if certificate.get("whole"):
+        raise Beyond("a system put together as one automaton")
     if claim["on"] in core.systems and systems is not None:
         from hacheck.systems import shown
 

@@ -9,7 +9,7 @@ from haverify.run.load import load
 from haverify.simulate.draws import Drawing
 from haverify.simulate.falsify import searched, subject
 from haverify.simulate.model import SimulatedAutomaton
-from haverify.simulate.product import Product
+from haverify.analyses.networks.product import Product
 from haverify.simulate.run import Settings, followed
 
 SAMPLES = Path(__file__).parents[2] / "samples"
@@ -63,5 +63,5 @@ def test_a_broadcast_takes_along_whoever_is_ready(tmp_path: Path) -> None:
     run = followed(model, Drawing(model, 4.5).nominal(), Settings(4.5))
     modes = [model.automaton.modes[p[0]].name for p in run.record.pieces()]
     assert [round(j[0], 12) for j in run.jumps] == [1, 2, 3, 4]
-    assert modes[0] == "Quiet | Asleep" and modes[-1] == "Quiet | Awake"
+    assert modes[0] == "bell.Quiet, a.Asleep" and modes[-1] == "bell.Quiet, a.Awake"
     assert run.state[model.places["rung"]] == 4 and run.state[model.places["a.n"]] == 2.5

@@ -55,6 +55,22 @@ def test_messages(text: str, line: int, column: int, message: str) -> None:
     assert errors(text) == [("HA001", line, column, message)]
 
 
+@pytest.mark.parametrize(
+    ("text", "help"),
+    [
+        ('"""a room"""', "write `/// ...` above a declaration to describe it"),
+        ("const a = 5 [K]", "a unit follows a number, or a colon: `0.5 m/s`, `x: m/s`"),
+        ("param a [1/s] in [1, 2]", "a unit follows a number, or a colon: `0.5 m/s`, `x: m/s`"),
+        ("param a: 1/s in [0.9 1/s, 2 1/s]", "write a unit below one with a power: `0.5 s^-1`"),
+        ("property p: always x < 1", "write `{ ... }` around what follows"),
+        ("automaton A { init M: x == 1 }", "no colon stands here"),
+        ("assume a = 1", "write `==` to compare"),
+    ],
+)
+def test_what_other_languages_take_is_met_with_what_to_write(text: str, help: str) -> None:
+    assert parse(Source.of_text("a.ha", HEAD + text))[1][0].help == help
+
+
 def test_an_operator_before_a_reserved_word_is_reported_at_the_operator() -> None:
     text = HEAD + "automaton A {\n  mode M {\n    domain x <\n    edge -> M\n  }\n}\n"
     source = Source.of_text("a.ha", text)

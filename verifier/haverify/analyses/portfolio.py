@@ -9,6 +9,7 @@ from typing import Any
 from haverify.analyses.context import Context
 from haverify.analyses.goals import Answer, decide_always, decide_can_reach
 from haverify.analyses.inevitable import decide_reach
+from haverify.analyses.patience import OutOfTimeError, allowed
 from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.rounding import decide_rounding
@@ -24,6 +25,7 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, replace
 
 METHOD = "clocked"
+SECONDS = 60  # of CPU time that the usual work may take
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact", "taylor"})
 MISSING = {
     "cycle": "`cycle through` beside other goals; write two properties",
@@ -39,6 +41,8 @@ class Contexts:
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
     decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
+    # The same for systems that are put together, each a spec of its own.
+    wholes: dict[str, Contexts] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -85,8 +89,19 @@ def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Ev
     """What is proposed for a claim; others may use it, and ask again."""
     key = claim.name, units
     if key not in contexts.decided:
-        contexts.decided[key] = decide(spec, claim, contexts, units)
+        contexts.decided[key] = _in_time(spec, claim, contexts, units)
     return contexts.decided[key]
+
+
+def _in_time(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What is proposed for a claim, in the time that its work may take at most."""
+    seconds = SECONDS * units / ENOUGH
+    try:
+        with allowed(seconds):
+            return decide(spec, claim, contexts, units)
+    except OutOfTimeError:
+        reason = f"nothing was shown in the {seconds:.2g} s of CPU time allowed"
+        return Evidence(Unknown("timeout", reason, next_step="a larger `--budget`"), (), METHOD)
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
@@ -121,9 +136,7 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
 
         return decide_holds(spec, claim, contexts.core_value(), units)
     if any(s.name == claim.on for s in spec.systems):
-        from haverify.analyses.zones import decide_network
-
-        return decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
+        return _of_system(contexts, claim, units)
     context = contexts.get(claim.on or "")
     if context is not None and all(g.kind == "cycle" for g in claim.goals) and not claim.which:
         return _by_return(context, claim)
@@ -149,6 +162,31 @@ def _by_return(context: Context, claim: Claim) -> Evidence:
         return decide_cycle(context.spec, context.automaton, claim, context.core)
     except OutsideFragmentError as e:
         return Evidence(Unknown("fragment", str(e)), (), RETURN)
+
+
+def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
+    """What is shown of a system: as one of clocks, or put together as one automaton."""
+    from haverify.analyses.zones import decide_network
+
+    found = decide_network(claim, contexts.core_value(), Fraction(units, ENOUGH))
+    if not isinstance(found.verdict, Unknown) or found.verdict.kind != "fragment":
+        return found
+    name = claim.on or ""
+    try:
+        if name not in contexts.wholes:
+            from haverify.analyses.networks.whole import whole_of
+
+            contexts.wholes[name] = Contexts(whole_of(contexts.spec, name, contexts.core_value()))
+        inner = contexts.wholes[name]
+        told = next(c for c in inner.spec.claims if c.name == claim.name)
+        whole = decide(inner.spec, told, inner, units)
+    except OutsideFragmentError as e:
+        return replace(found, verdict=replace(found.verdict, reason=f"{found.verdict.reason}; put together: {e}"))
+    if isinstance(whole.verdict, Unknown) and whole.verdict.kind == "fragment":
+        more = f"{found.verdict.reason}; put together: {whole.verdict.reason}"
+        return replace(whole, verdict=replace(whole.verdict, reason=more))
+    made = whole.certificate
+    return whole if made is None else replace(whole, certificate={**made, "whole": True})
 
 
 def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:

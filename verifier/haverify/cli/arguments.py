@@ -295,6 +295,7 @@ def _replay(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--map", metavar="MAP.toml", help="which output drives which joint (default: the robot's own)")
     p.add_argument("--speed", metavar="FACTOR", help="replay at this multiple of the gait's pace (default: the map's)")
     p.add_argument("--claims", action="store_true", help="print the summary of the claims about the joints too")
+    p.add_argument("--meshcat", metavar="VIEW.html", help="a scene of MeshCat to turn and zoom (needs meshcat)")
     p.add_argument("--format", choices=("text", "json"), help="what to print (default text)")
     where = p.add_mutually_exclusive_group()
     where.add_argument("--report", metavar="DIR", help="where the report goes (default ./reports/<stem>-<robot>/)")
@@ -326,6 +327,7 @@ def _compare(commands: _Commands[argparse.ArgumentParser]) -> None:
     p.add_argument("--leg", choices=("left", "right"), help="whose heel strikes begin the cycle of recordings")
     p.add_argument("--angles", choices=("deg", "rad"), help="the unit of angles, against what the files say")
     p.add_argument("--plot", metavar="PATH.svg", help="draw all curves, percent by percent")
+    p.add_argument("--osim", metavar="MODEL.osim", help="pose this model of OpenSim with all: paths of heels and mass")
 
 
 def _init(commands: _Commands[argparse.ArgumentParser]) -> None:

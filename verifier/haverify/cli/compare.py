@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from haverify.cli.limits import require_svg
 from haverify.cli.output import put, wants_colour
@@ -15,6 +16,7 @@ from haverify.diagnostics.order import settle
 from haverify.diagnostics.render import render_all
 from haverify.errors import UsageError
 from haverify.fitting.compared import Cycled, cycled, distances, shifted, table
+from haverify.fitting.posed import Model, apart, opened, paths
 from haverify.fitting.walk import Options, walk
 from haverify.recordings.phases import PHASES
 from haverify.recordings.recording import JOINTS, Forces, told
@@ -24,6 +26,9 @@ from haverify.report.figures.svg import Point
 from haverify.report.html.style import standalone
 from haverify.run.recordings import recorded
 from haverify.text.source import Source
+
+if TYPE_CHECKING:
+    from haverify.fitting.posed import Array
 
 
 def run(called: argparse.Namespace) -> int:
@@ -40,6 +45,7 @@ def run(called: argparse.Namespace) -> int:
         return UNREADABLE
     if len(walks) < 2:
         raise UsageError("two walks are needed to compare: recordings, or specs with outputs lh, rh, lk, rk, la, ra")
+    model = opened(called.osim) if called.osim else None
     first, shown = walks[0], [walks[0]]
     for other in walks[1:]:
         moved, shift = shifted(first, other)
@@ -47,7 +53,28 @@ def run(called: argparse.Namespace) -> int:
         put(table(first, other, shift, distances(first, moved)) + "\n")
     if called.plot:
         _write(Path(called.plot), _figure(shown))
+    if model is not None:
+        _posed(model, shown, Path(called.plot) if called.plot else None)
     return OK
+
+
+def _posed(model: Model, walks: list[Cycled], plot: Path | None) -> None:
+    """Print how far heels and centre of mass of a model are apart; draw their paths beside the other figure."""
+    every = [paths(model, {j: w.angles[j].tolist() for j in JOINTS}) for w in walks]
+    for w, other in zip(walks[1:], every[1:], strict=True):
+        put(apart(w.name, walks[0].name, model.name, every[0], other) + "\n")
+    if plot is not None:
+        _write(plot.with_stem(f"{plot.stem}_paths"), _paths_figure(walks, every))
+
+
+def _paths_figure(walks: list[Cycled], every: list[dict[str, Array]]) -> str:
+    panes = []
+    for what in every[0]:
+        for axis, name in enumerate(("forward", "up")):
+            lines = [tuple(enumerate((1000 * path[what][:, axis]).tolist())) for path in every]
+            panes.append(Pane(f"{what}, {name} [mm]", tuple(Series(line, k) for k, line in enumerate(lines))))
+    title = f"paths of {' and '.join(w.name for w in walks)}, the pelvis at rest"
+    return standalone(overlay(panes, [w.name for w in walks], _bands(walks[0]), "share of the cycle [%]", title))
 
 
 def _forces(files: list[str]) -> tuple[Forces, ...]:
@@ -96,15 +123,18 @@ def _automaton(
 
 def _figure(walks: list[Cycled]) -> str:
     """A pane for each joint, the phases of the first walk behind the curves."""
-    ends = [0.0, *(100 * s for s in walks[0].shares), 100.0]
-    names = PHASES if len(ends) == len(PHASES) + 1 else [str(k + 1) for k in range(len(ends) - 1)]
-    bands = [(n, a, b) for n, a, b in zip(names, ends, ends[1:], strict=False)]
     panes = []
     for j in JOINTS:
         series = [Series(tuple(enumerate(w.angles[j].tolist())), k) for k, w in enumerate(walks)]
         panes.append(Pane(f"{told(j)} [deg]", tuple(series), _edge(walks[0], j, -2), _edge(walks[0], j, 2)))
     title = " and ".join(w.name for w in walks)
-    return standalone(overlay(panes, [w.name for w in walks], bands, "share of the cycle [%]", title))
+    return standalone(overlay(panes, [w.name for w in walks], _bands(walks[0]), "share of the cycle [%]", title))
+
+
+def _bands(w: Cycled) -> list[tuple[str, float, float]]:
+    ends = [0.0, *(100 * s for s in w.shares), 100.0]
+    names = PHASES if len(ends) == len(PHASES) + 1 else [str(k + 1) for k in range(len(ends) - 1)]
+    return [(n, a, b) for n, a, b in zip(names, ends, ends[1:], strict=False)]
 
 
 def _edge(w: Cycled, joint: str, deviations: int) -> tuple[Point, ...]:

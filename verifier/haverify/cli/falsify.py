@@ -70,11 +70,11 @@ def _code(claim: Claim, outcome: dict[str, Any]) -> int:
 
 def _goal(spec: Spec, claim: Claim, goal: Goal, called: argparse.Namespace) -> dict[str, Any] | None:
     """What the search says of one goal; None where it is not one for runs."""
+    from haverify.analyses.networks.product import Product
     from haverify.model.core import to_core
     from haverify.obligations.translate import OutsideFragmentError
     from haverify.simulate.certify import certified
     from haverify.simulate.falsify import searched, subject
-    from haverify.simulate.product import Product
 
     if goal.kind not in ("always", "reach", "stl"):
         return None

@@ -24,7 +24,8 @@ from haverify.run.settings import duration
 
 def run(called: argparse.Namespace) -> int:
     """Print the checks; the exit code follows the rules of `check`."""
-    done = replay(called.file, called.robot, called.map, _speed(called.speed), _options(called))
+    view = Path(called.meshcat) if called.meshcat else None
+    done = replay(called.file, called.robot, called.map, _speed(called.speed), _options(called), view)
     if done.facts is None:
         sys.stderr.write(render_all(settle(done.found), done.sources, wants_colour()))
         return UNREADABLE
@@ -35,7 +36,7 @@ def run(called: argparse.Namespace) -> int:
         put(summary(done.outcome.report, wants_colour()) + "\n")
     put(table(done.facts) + "\n")
     folder = _options(called).report
-    put(closing(done.facts.exit_code, [f"{folder}/replay.html"] if folder else []))
+    put(closing(done.facts.exit_code, [str(p) for p in (folder and folder / "replay.html", view) if p]))
     return done.facts.exit_code
 
 

@@ -117,8 +117,8 @@ def _orbit(run: SimulatedRun, name: str, called: argparse.Namespace) -> Orbit:
 
 def _put_together(spec: Spec, name: str) -> HybridAutomaton:
     """The automaton of this name, or the one that a system is."""
+    from haverify.analyses.networks.product import Product
     from haverify.model.core import to_core
-    from haverify.simulate.product import Product
 
     found = next((a for a in spec.automata if a.name == name), None)
     return Product(spec, to_core(spec), name).automaton() if found is None else found

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from haverify.fitting.deviations import along_a_curve, at_a_point
+from haverify.fitting.deviations import along_a_curve, at_a_point, roughness
 from haverify.fitting.percent import POINTS, Percents, percents
 from haverify.recordings.cycles import Cycle
 from haverify.text.record import record
@@ -24,7 +24,7 @@ LEAST = 3
 """Curves that a band of samples needs."""
 LEAST_WHOLE = 5
 """Curves that a band of whole curves needs: with fewer it would be tens of deviations wide and say nothing."""
-_FOLDS = 10
+FOLDS = 10
 
 
 @record
@@ -40,6 +40,8 @@ class Band:
     k: float
     whole: float | None
     count: int
+    roughness: float
+    samples: int  # of a cycle
 
     @property
     def low(self) -> Array:
@@ -68,8 +70,15 @@ def _band(p: Percents) -> Band | None:
     if n < LEAST:
         return None
     means = _means(p.between, p)
-    sd, whole = _deviation(p), along_a_curve(n, means, p.samples) if n >= LEAST_WHOLE else None
-    return Band(p.joint, means.mean(axis=0), sd, at_a_point(n), whole, n)
+    rough = roughness(means)
+    return Band(
+        p.joint, means.mean(axis=0), _deviation(p), at_a_point(n), whole(n, rough, p.samples), n, rough, p.samples
+    )
+
+
+def whole(n: int, rough: float, samples: int) -> float | None:
+    """How many deviations hold whole curves; None of too few."""
+    return along_a_curve(n, rough, samples) if n >= LEAST_WHOLE else None
 
 
 def _means(curves: Array, p: Percents) -> Array:
@@ -120,7 +129,7 @@ def in_turns(cycles: Sequence[Cycle], joint: str) -> Coverage | None:
     import numpy as np
 
     p = percents(cycles, joint)
-    parts = min(p.count, _FOLDS)
+    parts = min(p.count, FOLDS)
     found: list[Coverage] = []
     for part in range(parts):
         out = p.unit % parts == part
@@ -131,8 +140,8 @@ def in_turns(cycles: Sequence[Cycle], joint: str) -> Coverage | None:
                 found.append(coverage(b, left))
     if not found:
         return None
-    whole = [c.curves for c in found if c.curves is not None]
-    return Coverage(float(np.mean([c.samples for c in found])), float(np.mean(whole)) if whole else None)
+    curves = [c.curves for c in found if c.curves is not None]
+    return Coverage(float(np.mean([c.samples for c in found])), float(np.mean(curves)) if curves else None)
 
 
 def csv(bands: Sequence[Band]) -> str:

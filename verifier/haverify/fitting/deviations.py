@@ -25,12 +25,12 @@ def at_a_point(n: int) -> float:
     return float(stdtrit(n - 1, (1 + LEVEL) / 2)) * sqrt(1 + 1 / n)
 
 
-def along_a_curve(n: int, curves: Array, samples: int) -> float:
+def along_a_curve(n: int, rough: float, samples: int) -> float:
     """The same for a whole curve: 95 % of further ones stay inside everywhere.
 
     Distance over deviation is a field of Student's t along the cycle. The chance that it exceeds a level somewhere is
     at most the chance at a point plus the expected number of crossings, which follows from the roughness of the
-    `curves` (n, 101); and at most the sum of the chances at each of the `samples` of a cycle. The smaller level counts.
+    curves; and at most the sum of the chances at each of the `samples` of a cycle. The smaller level counts.
     Sources: K. J. Worsley et al., Human Brain Mapping 4, 1996, 58-73 (Euler characteristic of t fields); S. J. Kiebel
     et al., NeuroImage 10, 1999, 756-766 (roughness from residuals); T. C. Pataky, Journal of Biomechanics 43, 2010,
     1976-1982 (gait). Pointwise bands hold far fewer whole curves than samples: M. W. Lenhoff et al., Gait & Posture 9,
@@ -38,7 +38,7 @@ def along_a_curve(n: int, curves: Array, samples: int) -> float:
     """
     from scipy.special import stdtr, stdtrit
 
-    freedom, rough = n - 1, roughness(curves)
+    freedom = n - 1
 
     def chance(t: float) -> float:
         crossings = rough / (2 * pi) * float((1 + t * t / freedom) ** (-(freedom - 1) / 2))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import ceil, floor
+
 from haverify.fitting.bands import Coverage, coverage, in_turns
 from haverify.fitting.curve import Curve
 from haverify.fitting.difference import difference
-from haverify.fitting.percent import POINTS, normalised
+from haverify.fitting.luck import Range, of_held_out, of_turns
+from haverify.fitting.percent import POINTS, normalised, percents
 from haverify.fitting.walk import Walk
 from haverify.recordings.recording import told
 
@@ -51,10 +54,15 @@ def _bands(walk: Walk) -> list[str]:
         whole = f"; of whole curves {' .. '.join(dict.fromkeys((wide[0], wide[-1])))}" if wide else ""
         lines.append(f"band of 95 % of samples: mean +- {b.k:.2f} standard deviations of {b.count} {what}{whole}")
     if walk.bands and walk.held_out:
-        lines.append(f"  of held-out cycles it holds {_shares([coverage(b, walk.held_out) for b in walk.bands])}")
+        held = _shares([coverage(b, walk.held_out) for b in walk.bands])
+        tried = len({c.origin for c in walk.held_out} if what == "recordings" else walk.held_out)
+        lines.append(f"  of held-out cycles it holds {held}")
+        lines.append(_lucky(of_held_out(walk.bands, tried)))
     turns = [in_turns(walk.whole_sample, c.joint) for c in walk.curves]
     if all(turns):
         lines.append(f"  of what is left out in turns it holds {_shares([t for t in turns if t is not None])}")
+        if walk.bands:
+            lines.append(_lucky(of_turns(walk.bands, percents(walk.whole_sample, walk.curves[0].joint).count)))
     between = [difference(walk.training, c.joint, walk.knots) for c in walk.curves]
     mean = sum(d.samples for d in between) / len(between)
     lines.append(f"band between fits of degree 4 and 2: holds {mean:.1%} of the samples it is made of")
@@ -66,6 +74,16 @@ def _shares(held: list[Coverage]) -> str:
     whole = [c.curves for c in held if c.curves is not None]
     curves = f", the wider one {sum(whole) / len(whole):.1%} of whole curves" if whole else ""
     return f"{sum(c.samples for c in held) / len(held):.1%} of samples{curves}"
+
+
+def _lucky(r: Range) -> str:
+    """What a band that is right holds of as few."""
+    curves = f", the wider one {_percent(r.curves)} of curves" if r.curves else ""
+    return f"    (a right band holds {_percent(r.samples)} of samples{curves}, 95 times of 100)"
+
+
+def _percent(ends: tuple[float, float]) -> str:
+    return f"{floor(100 * ends[0])} to {ceil(100 * ends[1])}%"
 
 
 def _deg(x: float) -> str:

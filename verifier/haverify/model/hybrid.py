@@ -157,3 +157,4 @@ class HybridAutomaton:
     priorities: tuple[Priority, ...]
     doc: str = ""
     span: Span | None = None
+    is_system: bool = False  # put together of the parts of a system; then no part of the core

@@ -16,7 +16,7 @@ from haverify.report import report
 from haverify.report.exit_codes import OK
 from haverify.report.gate import Judgement, expected, word
 from haverify.report.numbers import margin
-from haverify.report.trace import describe_trace
+from haverify.report.trace import describe_passages, describe_trace
 from haverify.report.walk import describe
 from haverify.text.record import record
 from haverify.text.source import Source
@@ -84,6 +84,10 @@ class Assembler:
             cpu_s=seconds[1],
         )
 
+    def is_system(self, name: str | None) -> bool:
+        """Whether a name is that of a system."""
+        return any(s.name == name for s in self.spec.systems)
+
     def line(self, claim: Claim) -> int | None:
         """The line of a claim in its file."""
         if claim.span is None or claim.span.path not in self.sources:
@@ -144,6 +148,8 @@ class Assembler:
         if evidence.trace is not None and not isinstance(evidence.verdict, Unknown):
             return describe_trace(self.spec, claim.on or "", evidence.trace, bad.text if bad is not None else None)
         run = evidence.run or (bad.run if bad else None)
+        if run is not None and run.path and not isinstance(evidence.verdict, Unknown) and self.is_system(claim.on):
+            return describe_passages(self.spec, claim.on or "", run, bad.text if bad is not None else None)
         if run is None or claim.on not in self.automata or isinstance(evidence.verdict, Unknown):
             return None
         violation = bad.text if bad is not None else None

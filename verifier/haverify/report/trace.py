@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from haverify.evidence.network_run import NetworkRun
+from haverify.evidence.run import Run
 from haverify.maths.digits import rational_text
 from haverify.model.hybrid import HybridAutomaton, Variable
 from haverify.model.spec import Spec
@@ -13,6 +14,7 @@ from haverify.model.system import System
 from haverify.report import report
 from haverify.report.numbers import decimal
 from haverify.report.values import shown
+from haverify.report.walk import enclosed
 
 
 def describe_trace(spec: Spec, system: str, run: NetworkRun, violation: str | None) -> report.Run:
@@ -37,6 +39,11 @@ def describe_trace(spec: Spec, system: str, run: NetworkRun, violation: str | No
         units={n: str(v.unit) for n, v in variables.items() if v.unit is not None and str(v.unit) != "1"},
         violation=violation,
     )
+
+
+def describe_passages(spec: Spec, system: str, run: Run, violation: str | None) -> report.Run:
+    """A run of a system with flows: the modes of all parts, and the variables of each under its own name."""
+    return enclosed(spec, dict(_variables(spec, system, "")), run, violation)
 
 
 def _variables(spec: Spec, name: str, prefix: str) -> Iterator[tuple[str, Variable]]:

@@ -5,14 +5,14 @@ It adds nothing to what makes a run believed: `hacheck` walks every run on its o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from operator import ge, gt, le, lt
 
 from haverify.evidence.run import Run, Step
 from haverify.maths.digits import rational_text
 from haverify.model.expression import Expr
-from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Range
+from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Param, Range, Variable
 from haverify.model.spec import Spec
 from haverify.report import report
 from haverify.report.numbers import agreed, decimal
@@ -40,7 +40,8 @@ class _Scope:
 def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
     """The run with its modes, edges, instants and states; it ends early where a value is no rational."""
     if run.path:
-        return _enclosed(spec, automaton, run, violation)
+        own: tuple[Param | Variable, ...] = (*automaton.params, *automaton.vars)
+        return enclosed(spec, {x.name: x for x in own}, run, violation)
     modes, edges, times, states = [run.mode], list[str](), [Fraction(0)], [dict(run.values)]
     try:
         for step in run.steps:
@@ -57,13 +58,15 @@ def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | 
     return _shown(modes, edges, times, states, told, run, _units(spec, automaton), violation)
 
 
-def _enclosed(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
-    """A run along flows: its start exactly, what comes later to as many digits as its enclosures agree on."""
+def enclosed(spec: Spec, named: Mapping[str, Param | Variable], run: Run, violation: str | None) -> report.Run:
+    """A run along flows: its start exactly, what comes later to as many digits as its enclosures agree on.
+
+    `named` has the variables, and params besides those of the spec.
+    """
     modes = [p.mode for p in run.path[:-1]]
     edges = [p.edge for p in run.path[1:-1] if p.edge is not None]
-    start = dict(run.values)
-    variables = {v.name: v for v in automaton.vars}
-    told = [{name: shown(spec, variables[name], q) for name, q in start.items()}]
+    start, of_run = dict(run.values), dict(run.params)
+    told = [{name: shown(spec, v, q) for name, q in start.items() if isinstance(v := named[name], Variable)}]
     told += [{name: agreed(low, high) for name, low, high in p.values} for p in run.path[1:]]
     return report.Run(
         mode_path=modes,
@@ -72,17 +75,19 @@ def _enclosed(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str |
         times_decimal=["0", *(agreed(*p.time) for p in run.path[1:])],
         states=[{name: rational_text(q) for name, q in start.items()}],
         states_decimal=told,
-        params={name: rational_text(q) for name, q in run.params},
-        units={n: u for n, u in _units(spec, automaton).items() if n in start or n in dict(run.params)},
+        params={name: rational_text(q) for name, q in of_run.items()},
+        units={n: u for n, u in _known_units([*spec.params, *named.values()]).items() if n in start or n in of_run},
         violation=violation,
     )
 
 
 def _units(spec: Spec, automaton: HybridAutomaton) -> dict[str, str]:
     """The units of variables and params; plain numbers have none."""
-    named = [(p.name, p.unit) for p in (*spec.params, *automaton.params)]
-    named += [(v.name, v.unit) for v in automaton.vars]
-    return {name: str(unit) for name, unit in named if unit is not None and str(unit) != "1"}
+    return _known_units([*spec.params, *automaton.params, *automaton.vars])
+
+
+def _known_units(named: Iterable[Param | Variable]) -> dict[str, str]:
+    return {x.name: str(x.unit) for x in named if x.unit is not None and str(x.unit) != "1"}
 
 
 def _shown(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from haverify.robot.body import Robot
-from haverify.robot.cycle import Cycle
+from haverify.robot.cycle import Cycle, Piece
 from haverify.robot.mapping import Drive, Map
 from haverify.text.record import record
 
@@ -29,14 +29,16 @@ class Compared:
     fit_rms: float  # automaton against recording
     robot_rms: float  # robot against automaton
     whole_rms: float  # robot against recording
+    modes: list[str]  # at each instant
 
 
 def compared(
     cycle: Cycle, m: Map, robot: Robot, times: Sequence[float], angles: Mapping[str, Sequence[float]]
 ) -> list[Compared]:
     """Every hip and knee, that is every joint which one output alone drives and which was recorded."""
-    found = []
+    found: list[Compared] = []
     instants = [t - times[0] for t in times if t - times[0] <= float(cycle.length)]
+    modes = [_piece(cycle, t).mode for t in instants]
     for d in m.drives:
         if len(d.outputs) == 1 and d.outputs[0] in angles and not d.outputs[0].endswith("a"):
             values = [_value(cycle, d.outputs[0], t) for t in instants]
@@ -44,14 +46,18 @@ def compared(
             seen = list(angles[d.outputs[0]])[: len(instants)]
             one, two, three = (list(zip(instants, c, strict=True)) for c in (values, seen, reached))
             rms = _rms(values, seen), _rms(reached, values), _rms(reached, seen)
-            found.append(Compared(d.outputs[0], d.joint, one, two, three, _ends(d, robot), *rms))
+            found.append(Compared(d.outputs[0], d.joint, one, two, three, _ends(d, robot), *rms, modes))
     return found
 
 
 def _value(cycle: Cycle, output: str, t: float) -> float:
-    piece = next((p for p in cycle.pieces if t < float(p.start + p.length)), cycle.pieces[-1])
+    piece = _piece(cycle, t)
     dwell = t - float(piece.start)
     return sum(float(c) * dwell**k for k, c in enumerate(piece.outputs[output]))
+
+
+def _piece(cycle: Cycle, t: float) -> Piece:
+    return next((p for p in cycle.pieces if t < float(p.start + p.length)), cycle.pieces[-1])
 
 
 def _ends(d: Drive, robot: Robot) -> tuple[float, float]:

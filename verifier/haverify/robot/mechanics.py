@@ -125,7 +125,7 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     pin, model, data = e.pin, e.model, e.data
     ids = [model.getJointId(name) for name in t.joints]
     at_v, n = e.placed(t.joints).v, len(t.times)
-    q, v, a = _states(e, t)
+    q, v, a = states(e, t)
     ground = pin.SE3(np.eye(3), np.array([0.0, 0.0, -float(d.sole.z)]))
     names = [g.name.rsplit("_", 1)[0] for g in e.geometry.geometryObjects]
     pairs = [(names[p.first], names[p.second]) for p in e.geometry.collisionPairs]
@@ -158,7 +158,7 @@ def moved(e: Engine, d: Description, t: Trajectory) -> Motion:
     return Motion(com, com_speed, wrench, torque, soles, swing_speed, distance, nearest, momentum, points, slip)
 
 
-def _states(e: Engine, t: Trajectory) -> tuple[Floats, Floats, Floats]:
+def states(e: Engine, t: Trajectory) -> tuple[Floats, Floats, Floats]:
     """Positions, speeds and accelerations as the engine orders them; the base is not placed yet."""
     import numpy as np
 

@@ -45,10 +45,18 @@ def _shown(spec: Spec, claim: Claim, evidence: Evidence, seconds: float) -> tupl
     from haverify.obligations.translate import OutsideFragmentError
     from haverify.simulate.crosscheck import Beside
 
-    automaton = next((a for a in spec.automata if a.name == claim.on), None)
-    if automaton is None or len(claim.goals) != 1:
+    if len(claim.goals) != 1:
         return None
     try:
+        if any(s.name == claim.on for s in spec.systems):
+            from haverify.analyses.networks.whole import whole_of
+            from haverify.model.core import to_core
+
+            spec = whole_of(spec, claim.on or "", to_core(spec))
+            claim = next(c for c in spec.claims if c.name == claim.name)
+        automaton = next((a for a in spec.automata if a.name == claim.on), None)
+        if automaton is None:
+            return None
         found = Beside(spec, automaton, claim, evidence.flowpipe).disagreement(seconds)
     except OutsideFragmentError:
         return None

@@ -26,6 +26,7 @@ from haverify.robot.cycle import Cycle, cycle_of
 from haverify.robot.folder import describe
 from haverify.robot.mapping import Map, check_against, read_map
 from haverify.robot.pace import greatest_pace
+from haverify.robot.poses import poses
 from haverify.robot.recorded import recorded
 from haverify.robot.slack import slacks
 from haverify.robot.tracking import followed
@@ -35,12 +36,14 @@ from haverify.run import replay_rows as rows
 from haverify.run.examine import read
 from haverify.run.load import read_text
 from haverify.run.pipeline import Options, Outcome, check
+from haverify.run.replay_meshcat import require_meshcat, scene
 from haverify.run.replay_pictures import pictures
 from haverify.run.replay_recording import angles_of, comparison_figure, is_recording
 from haverify.text.record import record, replace
 from haverify.text.source import Source
 
 Q = Fraction
+_VIEWED = 121  # instants of a scene
 _COMPARISON = (
     "Hips and knees: of the automaton (blue), as recorded, and as far as the robot can follow; rms differences in deg."
 )
@@ -69,20 +72,24 @@ class _Scene:
     cycle: Cycle
 
 
-def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None, options: Options) -> Replayed:
-    """Replay the automaton of a spec.
+def replay(
+    path: str, folder: str, map_path: str | None, speed: Fraction | None, options: Options, view: Path | None = None
+) -> Replayed:
+    """Replay the automaton of a spec; `view` is where a scene of MeshCat goes.
 
     Raises
     ------
     UsageError      if a file cannot be read, Pinocchio is missing, or the automaton has no cycle that can be followed
     """
+    if view is not None:
+        require_meshcat()
     robot, sources, found = describe(folder, read_text)
     if robot is None:
         return Replayed(found, sources, None, None, 0.0)
     m, found = _map(map_path or robot.map, robot, sources)
     m = m if m is None or speed is None else replace(m, speed=speed)
     if is_recording(path):
-        return _recording(path, robot, m, sources, found, options)
+        return _recording(path, robot, m, sources, found, options, view)
     spec, texts, more = read(path)
     sources |= texts
     found += [d for d in more if is_error(d) and is_meaningless(d)]
@@ -101,11 +108,17 @@ def replay(path: str, folder: str, map_path: str | None, speed: Fraction | None,
         cycle = cycle_of(spec, automaton, sorted({name for d in m.drives for name in d.outputs}))
     except OutsideFragmentError as e:
         raise UsageError(f"{path}: {m.automaton} cannot be replayed: {e}") from e
-    return replace(_replayed(_Scene(path, robot, m, spec, automaton, cycle), options), sources=sources)
+    return replace(_replayed(_Scene(path, robot, m, spec, automaton, cycle), options, view), sources=sources)
 
 
 def _recording(
-    path: str, robot: Description, m: Map | None, sources: dict[str, Source], found: list[Diagnostic], options: Options
+    path: str,
+    robot: Description,
+    m: Map | None,
+    sources: dict[str, Source],
+    found: list[Diagnostic],
+    options: Options,
+    view: Path | None,
 ) -> Replayed:
     """Replay a recording: it has no phases, and everything about it is sampled."""
     wanted = sorted({name for d in m.drives for name in d.outputs}) if m else []
@@ -130,6 +143,7 @@ def _recording(
     if options.report is not None:
         options.report.mkdir(parents=True, exist_ok=True)
         _write(options.report, result, pictures(robot, t, motion))
+    _view(view, engine, robot, t)
     return Replayed([], sources, None, result, passed)
 
 
@@ -154,7 +168,7 @@ def _outputs(a: HybridAutomaton) -> dict[str, str | None]:
     return {n: str(shared[0][n].unit) if shared[0][n].unit else None for n in names}
 
 
-def _replayed(s: _Scene, options: Options) -> Replayed:
+def _replayed(s: _Scene, options: Options, view: Path | None) -> Replayed:
     engine = mechanics.engine(s.robot)
     started = time.process_time()
     t = sampled(s.cycle, s.map, s.robot.robot)
@@ -164,7 +178,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
     passed = time.process_time() - started
     pace = greatest_pace(s.cycle, s.map, s.robot.robot)
     outcome, written = _decided(s, pace, options)
-    claimed = rows.claim_rows(outcome, slacks(s.cycle, s.map, s.robot.robot, pace))
+    claimed = rows.claim_rows(outcome, s.cycle, slacks(s.cycle, s.map, s.robot.robot, pace))
     told = [rows.enclosed_row(c, s.map, s.cycle, s.robot.advice) for c in decided(s.robot, s.map, s.cycle)]
     told += [rows.sampled_row(c) for c in seen if c.name not in rows.DECIDED]
     certain = _pace(pace, outcome)
@@ -184,6 +198,7 @@ def _replayed(s: _Scene, options: Options) -> Replayed:
         if beside:
             drawn.append((_COMPARISON, comparison_figure(beside)))
         _write(options.report, found, drawn)
+    _view(view, engine, s.robot, t)
     return Replayed([], {}, outcome, found, passed)
 
 
@@ -269,6 +284,17 @@ def without_effect(m: Map, told: list[facts.Check], beside: list[Compared]) -> l
 
 def _decimal(text: str) -> str:
     return f"{float(Q(text)):.4f}"
+
+
+def _view(file: Path | None, e: mechanics.Engine, robot: Description, t: Trajectory) -> None:
+    if file is None:
+        return
+    page = scene(poses(e, robot, t, _VIEWED))
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(page, encoding="utf-8")
+    except OSError as problem:
+        raise UsageError(f"{file}: cannot be written: {problem.strerror}") from problem
 
 
 def _write(folder: Path, found: facts.Replay, drawn: list[tuple[str, str]]) -> None:

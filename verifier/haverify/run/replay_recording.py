@@ -101,6 +101,5 @@ def comparison_figure(rows: Sequence[Compared]) -> str:
             f"robot, rms {c.robot_rms:.2f}": c.robot,
         }
         curves.append(Curve(f"{c.output}: automaton", "deg", [v for _, v in c.automaton], c.limits, others))
-    blank = [""] * len(times)
-    film = Film(times, blank, blank, (), (), (), ((0, 0), (0, 0)), curves)
+    film = Film(times, rows[0].modes, [""] * len(times), (), (), (), ((0, 0), (0, 0)), curves)
     return joints(film)

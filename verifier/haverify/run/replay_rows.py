@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -18,14 +19,14 @@ from haverify.run.pipeline import Outcome
 Q = Fraction
 
 
-def claim_rows(outcome: Outcome, slacks: Mapping[str, Slack]) -> list[facts.Check]:
+def claim_rows(outcome: Outcome, cycle: Cycle, slacks: Mapping[str, Slack]) -> list[facts.Check]:
     """The claims as rows of the table, each with its margin and where that is."""
     rows = []
     for c in outcome.report.claims:
         slack = slacks.get(c.name)
         violated = [p for p in c.parts if p.verdict == "refuted"]
         where = slack.mode if slack else violated[0].mode if violated else ""
-        note = violated[0].facts[0] if violated and violated[0].facts else ""
+        note = _own(violated[0].facts[0], cycle) if violated and violated[0].facts else ""
         rows.append(
             facts.Check(
                 name=c.name,
@@ -45,6 +46,11 @@ def claim_rows(outcome: Outcome, slacks: Mapping[str, Slack]) -> list[facts.Chec
             )
         )
     return rows
+
+
+def _own(text: str, cycle: Cycle) -> str:
+    """What is said of the claims, with params called as in the gait's own spec, which the claims import as `gait`."""
+    return re.sub(rf"\bgait_({'|'.join(map(re.escape, cycle.params))})\b", r"\1", text) if cycle.params else text
 
 
 DECIDED = frozenset(  # by enclosures, under names that tell more

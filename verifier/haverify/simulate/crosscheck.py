@@ -31,7 +31,7 @@ from haverify.text.record import holder, record, replace
 Json = Any
 
 DRAWN = 60  # pieces of a drawn flowpipe; where there are as many, some may be missing
-DIGITS = 4e-6  # to which its numbers are rounded, of their size
+DIGITS = 5.1e-6  # to which its numbers are rounded, of their size: six digits are off by 5e-6 of it at most
 ERROR = 1e-8  # of a state may be due to floats
 LOOKS = 3  # instants of each step of a run
 TINY = 4e-5  # of a run's time is a step of the enclosures that confirm

@@ -216,4 +216,18 @@ def _help(failure: Failure) -> str | None:
         return f"write `{failure.last.text}' =` for a derivative"
     if piece.text == "=" and "ASSIGN" in row:
         return "write `:=` to assign at a jump"
+    return _help_with_habits(failure)
+
+
+def _help_with_habits(failure: Failure) -> str | None:
+    """What to write for what other languages would take there."""
+    piece, last, row = failure.piece, failure.last_symbol, failure.row
+    if piece.text == ":":
+        return "write `{ ... }` around what follows" if "LBRACE" in row else "no colon stands here"
+    if (piece.text == "[" and "LSQB" not in row) or (piece.text == "/" and row == {"RSQB"}):
+        return "a unit follows a number, or a colon: `0.5 m/s`, `x: m/s`"
+    if piece.kind == "NUMBER" and last in ("NUMBER", "INT"):
+        return "write a unit below one with a power: `0.5 s^-1`"
+    if piece.text == '""':
+        return "write `/// ...` above a declaration to describe it"
     return None

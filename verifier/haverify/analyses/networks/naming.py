@@ -86,10 +86,14 @@ class Place:
         if not isinstance(e, list):
             return e
         op, args = e[0], e[1:]
+        if isinstance(op, list):  # arguments with names, of a fuzzy system
+            return [[name, self.flat(x)] for name, x in e]
         if op in ("const", "param", "input", "let"):
             return self._meaning(op, args[0])
         if op in ("var", "at", "jump"):
             return [op, self.prefix + args[0]]
+        if op == "sym" and self.is_open:
+            return e
         if op == "sym":
             return str(self._ordinal(*args))
         if op == "scale":
@@ -110,12 +114,13 @@ class Place:
         if bound is not None and self.outer is not None:
             if not isinstance(bound["to"], dict):
                 return self.outer.flat(bound["to"])
+            if self.is_open and kind in ("param", "input") and name in self._own(kind):
+                return [kind, self.prefix + name]
             raise OutsideFragmentError(
                 f"`{name}` of part {self.prefix[:-1]} is bound to a range; systems need one value"
             )
         if self.is_open and kind in ("param", "input"):
-            own = {x["name"] for x in self.model[f"{kind}s"]}
-            return [kind, (self.prefix if name in own else "") + name]
+            return [kind, (self.prefix if name in self._own(kind) else "") + name]
         found = self.constants.get(name)
         if kind != "const" or found is None or isinstance(found["value"], dict):
             word = {"const": "the interval constant", "param": "the param"}.get(kind, "the input")
@@ -123,6 +128,10 @@ class Place:
                 f"{word} `{self.prefix}{name}`: numbers in a system need to be fixed; bind it to one value"
             )
         return self.flat(found["value"])
+
+    def _own(self, kind: str) -> set[str]:
+        """The params or inputs that are declared here."""
+        return {x["name"] for x in self.model[f"{kind}s"]}
 
     def _let(self, name: str) -> Json:
         common = next((o["expr"] for o in self.model["lets"] if o["name"] == name), None)

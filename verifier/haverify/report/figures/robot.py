@@ -207,9 +207,11 @@ def joints(film: Film) -> str:
 
 
 def _bands(film: Film) -> list[tuple[str, float, float]]:
+    """Each mode from its first instant to the first of the next one."""
     rows = zip(film.modes, film.times, strict=True)
-    groups = [(mode, [t for _, t in group]) for mode, group in groupby(rows, key=lambda r: r[0])]
-    return [(mode, times[0], times[-1]) for mode, times in groups]
+    begins = [(mode, next(group)[1]) for mode, group in groupby(rows, key=lambda r: r[0])]
+    ends = [*(start for _, start in begins[1:]), film.times[-1]]
+    return [(mode, start, end) for (mode, start), end in zip(begins, ends, strict=True)]
 
 
 def _curve(film: Film, c: Curve, x: svg.Scale, top: float, high: float, width: float) -> list[str]:
