@@ -151,6 +151,23 @@ def test_what_is_not_shown_is_left_open(tmp_path: Path, automaton: str, claim: s
     assert isinstance(found, Unknown) and found.kind == "orbit"
 
 
+HALTING = KICKED.replace("mode Up {", "mode Up { terminal;")
+
+
+def test_runs_that_may_end_do_not_all_come_to_the_orbit(tmp_path: Path) -> None:
+    claim = "cycle through jump(up) and 0.9 <= x <= 1.1 and abs(y) <= 0.1 within 7 attracting"
+    assert isinstance(claimed(tmp_path, HALTING, claim, "0.5").verdict, Unknown)
+
+
+def test_states_after_jumps_count_beside_those_of_an_equation(tmp_path: Path) -> None:
+    """Beside states with y == -1 there are those after any `up`: of them x is not bounded."""
+    narrow = "y == -1/2 and 0.8 <= x <= 0.9"
+    e = claimed(tmp_path, KICKED, f"cycle through {narrow} within 7 attracting", "0.5")
+    assert isinstance(e.verdict, Proved)
+    e = claimed(tmp_path, KICKED, f"cycle through {narrow} or jump(up) within 7 attracting", "0.5")
+    assert isinstance(e.verdict, Unknown)
+
+
 FALSE = [
     (VAN_DER_POL, "cycle through y == 0 and 1.9 <= x <= 2.1 within 3"),
     (VAN_DER_POL, "cycle through y == 0 and 1.5 <= x <= 1.9 within 7"),
@@ -169,6 +186,7 @@ OUTSIDE = [
     "cycle through y == 0 within 7; always x <= 3",
     "assume x <= 3; cycle through y == 0 within 7",
     "within 5; cycle through y == 0 within 7",
+    "cycle through y == 0 and time >= 1 within 7",
 ]
 
 

@@ -63,7 +63,7 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
             raise OutsideFragmentError("a horizon of jumps alone, beside `abs`, `min`, `max` or `if` in a flow")
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, ENDLESS, claim.jumps, last_jump=True)
-    if not ends and goal.kind != "reach" and goal.window is None and not _reads_time(model, goal):
+    if not ends and goal.kind != "reach" and goal.window is None and not reads_time(model, goal):
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, LONG, MOST_JUMPS, endless=True)
     if not ends:
@@ -80,7 +80,7 @@ def _budget(model: HybridModel, claim: Claim) -> int:
     return (MOST_JUMPS if claim.jumps is None else claim.jumps) + changes
 
 
-def _reads_time(model: HybridModel, goal: Goal) -> bool:
+def reads_time(model: HybridModel, goal: Goal) -> bool:
     """Whether anything depends on the time since the start."""
     edges = [e for e in model.automaton.edges if any(m.name == e.source for m in model.modes)]
     told = [goal.condition, *model.assumed, *model.used, *(e.guard for e in edges), *(m.domain for m in model.modes)]

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.goal import reads_time
 from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.model import HybridModel, hybrid_model
 from haverify.analyses.orbits.basin import Arrivals, Part, basin, parts
@@ -71,7 +72,10 @@ def decide_cycle(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Jso
     longest, model = None, _model(spec, automaton, goal)
     if goal.within is not None:
         longest = model.values.number(goal.within)
-    found = _found(model, goal, longest)
+    try:
+        found = _found(model, goal, longest)
+    except Fault as e:
+        found = Found(Unknown("orbit", f"an enclosure failed: {e}"))
     where = model.automaton.modes[0].name
     part = PartResult(0, "flow", where, "", found.text, found.verdict)
     if isinstance(found.verdict, Unknown):
@@ -100,6 +104,8 @@ def _model(spec: Spec, automaton: HybridAutomaton, goal: Goal) -> HybridModel:
     model = hybrid_model(spec, everywhere, [goal.condition])
     if not model.is_plain:
         raise OutsideFragmentError("`cycle through` beside discrete variables, or corners in flows and resets")
+    if reads_time(model, goal):
+        raise OutsideFragmentError("`cycle through` beside `time`; make it a clock of the model")
     if any(fields(model, m)[1] for m in model.modes):
         raise OutsideFragmentError("`cycle through` beside inputs or inclusions")
     return replace(model, automaton=automaton)

@@ -49,10 +49,13 @@ class Guesses:
 
     def near(self, start: tuple[str, dict[str, float]] | None, until: float) -> Orbit | None:
         """An orbit that a run is near to at last, if there is one."""
+        import numpy as np
+
         try:
             draw = Drawing(self.model, until).nominal() if start is None else self.draw(*start)
-            return orbit_of(followed(self.model, draw, Settings(until, steps=STEPS)))
-        except OutsideFragmentError:
+            with np.errstate(all="ignore"):
+                return orbit_of(followed(self.model, draw, Settings(until, steps=STEPS)))
+        except (OutsideFragmentError, np.linalg.LinAlgError):
             return None
 
     def _again(self, orbit: Orbit) -> Orbit:
@@ -99,6 +102,8 @@ class Guesses:
             at = low[0] + share * (high[0] - low[0])
             state = min(run.rows([at]), key=lambda row: abs(row[0] - at))[3]
             found = value(state)
+            if found == 0:
+                break
             if (found < 0) is (low[1] < 0):
                 low = at, found
             else:

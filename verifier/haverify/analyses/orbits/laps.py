@@ -129,7 +129,7 @@ class _Opening:
         lines = [FlowLine(v, rates[v]) for v in self.names]
         for c in self.cut.columns:
             lines += [FlowLine(derived(v, c), _along(rates[v], self._column(c))) for v in self.names]
-        return Mode(name, self._written(mode.domain, mode.name), tuple(lines), (), False)
+        return Mode(name, self._written(mode.domain, mode.name), tuple(lines), (), mode.terminal)
 
     def _column(self, c: str) -> dict[str, Expr]:
         return {v: Expr("var", (derived(v, c),)) for v in self.names}

@@ -76,7 +76,8 @@ class Search:
         """The same fixed point in the smaller boxes that the steps come to."""
         lap = None
         for _ in range(TIGHTENED):
-            around = self._lap(box, self._settings())
+            wide = [b.hull(Interval.at(x)) for b, x in zip(box, guess, strict=True)]
+            around = self._lap(wide, self._settings())
             if around is None:
                 break
             lap = around

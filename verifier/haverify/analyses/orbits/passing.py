@@ -11,7 +11,7 @@ from haverify.analyses.hybrid.model import HybridModel
 from haverify.analyses.orbits.ranges import Ranges
 from haverify.analyses.orbits.returns import OPENED, Box, Landing, is_moving
 from haverify.maths.interval import Interval
-from haverify.model.expression import Expr
+from haverify.model.expression import Expr, nodes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import record
 
@@ -51,8 +51,9 @@ def sections(model: HybridModel, claimed: Expr) -> list[Section]:
         if stay is not False:
             found.append(_crossed(mode.name, stay))
     names = {m.name for m in model.modes}
+    is_about_jumps = any(n.op in ("jump", "jumped", "pre") for n in nodes(claimed))
     for k, e in enumerate(model.automaton.edges):
-        if e.source in names and not any(isinstance(s, Crossed) and s.mode == e.target for s in found):
+        if e.source in names and is_about_jumps:
             landed = landing_condition(model, k, claimed)
             if landed is not False:
                 found.append(Landed(k, landed))

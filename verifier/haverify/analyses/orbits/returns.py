@@ -105,8 +105,10 @@ class Track:
         return Lap(landings, last.time, last.after, slopes)
 
     def _stays(self, tree: Sequence[Stretch]) -> bool:
-        """Whether runs stay in the declared ranges, and end nowhere because of their domain."""
+        """Whether runs stay in the declared ranges, and end nowhere: because of their domain, or as they choose."""
         moving = [s for s in tree if self.opened.modes[s.mode].name not in (BACK, BEGIN)]
+        if any(self.opened.modes[s.mode].terminal for s in moving):
+            return False
         return all(g.keeps_window and g.stays for s in moving for g in s.stages)
 
     def _tree(self, start: Box, settings: Settings, cuts: int) -> list[Stretch]:
