@@ -148,7 +148,7 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
     assumed = tuple(tuple(_held(model, k, model.assumed)) for k in range(len(model.modes)))
     used = [tuple(_held(model, k, model.used)) for k in range(len(model.modes))]
     facts = tuple(tuple(a for c in (*x, *y) for a in _members(closed(c))) for x, y in zip(assumed, used, strict=True))
-    return Judged(tuple(dwelling), landing, Every(tuple(_window(model))), facts, assumed)
+    return Judged(tuple(dwelling), landing, Every(tuple(window(model))), facts, assumed)
 
 
 def _held(model: HybridModel, number: int, conditions: Iterable[Expr]) -> Iterator[Condition]:
@@ -173,7 +173,7 @@ def _members(c: Condition) -> Iterator[Atom]:
             yield from _members(member)
 
 
-def _window(model: HybridModel) -> Iterator[Condition]:
+def window(model: HybridModel) -> Iterator[Condition]:
     """The declared ranges of the variables, as bounds; those of variables that keep their value are kept anyway."""
     for number, v in enumerate(model.automaton.vars):
         if v.range is None or _keeps_its_range(model, number):
