@@ -49,7 +49,12 @@ def figures(measures: Sequence[str], last: Json) -> list[float] | None:
     volume = 1.0
     for width in widths.values():
         volume *= width
-    found = [volume if m == "volume" else widths.get(m.removeprefix("width ")) for m in measures]
+
+    def width(name: str) -> float | None:
+        """The width of a state, or the sum of those of several."""
+        return sum(widths[n] for n in name.split("+")) if "+" in name else widths.get(name)
+
+    found = [volume if m == "volume" else width(m.removeprefix("width ")) for m in measures]
     return [f for f in found if f is not None] if None not in found else None
 
 

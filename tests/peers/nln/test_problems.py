@@ -34,7 +34,7 @@ def test_a_problem_is_laid_out(path: Path) -> None:
 
 
 def test_every_problem_has_peers() -> None:
-    assert sorted(i["spec"] for i in PEERS) == [p.name for p in SPECS]
+    assert sorted(i["spec"] for i in PEERS) == sorted(p.name for p in SPECS)
     for instance in PEERS:
         assert instance["peers"]
         told = [instance["floor"], *(p["figures"] for p in instance["peers"])]

@@ -9,6 +9,7 @@ from typing import Any
 from haverify.analyses.context import Context
 from haverify.analyses.goals import Answer, decide_always, decide_can_reach
 from haverify.analyses.inevitable import decide_reach
+from haverify.analyses.patience import OutOfTimeError, allowed
 from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.rounding import decide_rounding
@@ -24,6 +25,7 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, replace
 
 METHOD = "clocked"
+SECONDS = 60  # of CPU time that the usual work may take
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact", "taylor"})
 MISSING = {
     "cycle": "`cycle through` needs a return map, which this version does not have",
@@ -87,8 +89,19 @@ def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Ev
     """What is proposed for a claim; others may use it, and ask again."""
     key = claim.name, units
     if key not in contexts.decided:
-        contexts.decided[key] = decide(spec, claim, contexts, units)
+        contexts.decided[key] = _in_time(spec, claim, contexts, units)
     return contexts.decided[key]
+
+
+def _in_time(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What is proposed for a claim, in the time that its work may take at most."""
+    seconds = SECONDS * units / ENOUGH
+    try:
+        with allowed(seconds):
+            return decide(spec, claim, contexts, units)
+    except OutOfTimeError:
+        reason = f"nothing was shown in the {seconds:.2g} s of CPU time allowed"
+        return Evidence(Unknown("timeout", reason, next_step="a larger `--budget`"), (), METHOD)
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:

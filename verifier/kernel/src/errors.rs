@@ -29,6 +29,16 @@ impl Errors {
         Errors { variables: radii.len(), count: 0, coefficients: Vec::new() }.with_box(space, radii, &[])
     }
 
+    /// The sum of some columns, each times a number from -1 to 1, and a box.
+    pub(crate) fn of_columns(space: &Space, columns: &[Vec<f64>], radii: &[f64]) -> Errors {
+        Errors { variables: radii.len(), count: 0, coefficients: Vec::new() }.with_box(space, radii, columns)
+    }
+
+    /// The generators where they do not depend on the set.
+    pub(crate) fn columns(&self) -> Vec<Vec<f64>> {
+        (0..self.count).map(|k| (0..self.variables).map(|v| self.row(0, v)[k]).collect()).collect()
+    }
+
     fn row(&self, monomial: usize, variable: usize) -> &[f64] {
         let from = (monomial * self.variables + variable) * self.count;
         &self.coefficients[from..from + self.count]

@@ -13,6 +13,7 @@
 use crate::errors::Errors;
 use crate::fault::Fault;
 use crate::flowpipe::Settings;
+use crate::halt::allowed;
 use crate::inputs::Inputs;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
@@ -20,6 +21,7 @@ use crate::models::{raised, Model, Space};
 use crate::path::Path;
 use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
+use crate::stiff::Stiff;
 use crate::sweep::Sweep;
 use std::cell::RefCell;
 use std::ops::{Add, Mul};
@@ -63,6 +65,14 @@ pub(crate) struct Step {
     pub(crate) path: Path,
     pub(crate) tube: Tube,
     transition: Vec<Vec<Model>>,
+    /// The set at its end, where that is known without moving errors.
+    landed: Option<Landed>,
+}
+
+/// The polynomials of a set and its errors.
+pub(crate) struct Landed {
+    pub(crate) centre: Vec<Model>,
+    pub(crate) errors: Errors,
 }
 
 /// A set on its way along a field.
@@ -71,12 +81,13 @@ pub(crate) struct Flow<'a> {
     inputs: Option<&'a Inputs>,
     settings: &'a Settings,
     pub(crate) space: Space,
-    shared: Arc<Space>,
+    pub(crate) shared: Arc<Space>,
     /// The space of what errors and tubes need.
     pub(crate) linear: Space,
-    centre: Vec<Model>,
-    errors: Errors,
+    pub(crate) centre: Vec<Model>,
+    pub(crate) errors: Errors,
     sweeps: RefCell<Sweeps>,
+    stiff: Stiff,
 }
 
 /// Room for the series that a step computes: of the set, over a tube, and of its start with errors.
@@ -89,6 +100,13 @@ struct Sweeps {
 }
 
 impl Step {
+    /// A step whose end is known.
+    pub(crate) fn landed(path: Path, slopes: Matrix, states: Vec<Model>, landed: Landed) -> Step {
+        let n = states.len();
+        let tube = Tube { slopes, states, across: Matrix::identity(n), pushed: vec![0.0; n] };
+        Step { h: path.h, path, tube, transition: Vec::new(), landed: Some(landed) }
+    }
+
     /// The series in time by variable: coefficients that are models of the set.
     pub(crate) fn series(&self) -> &[Vec<Model>] {
         &self.path.series
@@ -110,7 +128,8 @@ impl<'a> Flow<'a> {
             start: Sweep::new(&low, field, VARIATION, Some(VARIATION)),
             before: None,
         });
-        Flow { field, inputs: None, settings, space, shared: whole, linear, centre, errors, sweeps }
+        let stiff = Stiff::default();
+        Flow { field, inputs: None, settings, space, shared: whole, linear, centre, errors, sweeps, stiff }
     }
 
     /// The same with inputs, of which the field has the middle.
@@ -148,6 +167,21 @@ impl<'a> Flow<'a> {
 
     /// A step of at most `wanted`, and the length to try next.
     pub(crate) fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
+        allowed()?;
+        if let Some(found) = self.stiff.step(self, wanted) {
+            return Ok(found);
+        }
+        let (step, next) = self.explicit(wanted)?;
+        let next = if self.is_point() { self.stiff.after(step.h, &step.tube.slopes, next) } else { next };
+        Ok((step, next.min(self.settings.longest_step)))
+    }
+
+    /// Whether the set is one point, errors aside, and no inputs move it.
+    fn is_point(&self) -> bool {
+        self.space.variables == 0 && self.inputs.is_none()
+    }
+
+    fn explicit(&self, wanted: f64) -> Result<(Step, f64), Fault> {
         // What is left before the horizon may be shorter than any step should be.
         let least_step = self.settings.least_step.min(wanted);
         let series = self.series(wanted)?;
@@ -177,7 +211,7 @@ impl<'a> Flow<'a> {
             let transition = self.transition(&tube, &tube.across, h)?;
             let path = Path { h, space: self.shared.clone(), series: Arc::new(series), lagrange, moved };
             return Ok((
-                Step { h, path, tube, transition },
+                Step { h, path, tube, transition, landed: None },
                 (h * factor.clamp(0.3, growth)).max(self.settings.least_step).min(self.settings.longest_step),
             ));
         }
@@ -354,6 +388,9 @@ impl<'a> Flow<'a> {
 
     /// The first part of a step as a step of its own.
     pub(crate) fn shortened(&self, step: Step, h: f64) -> Result<Step, Fault> {
+        if step.landed.is_some() {
+            return self.implicit(self.stiff.points(self.settings.order), h).map(|(step, _)| step);
+        }
         let across = step.tube.slopes.transition(Interval::exactly(h)?)?;
         let transition = self.transition(&step.tube, &across, h)?;
         Ok(Step { h, transition, path: Path { h, ..step.path }, ..step })
@@ -361,6 +398,11 @@ impl<'a> Flow<'a> {
 
     /// Move the set to the end of the step.
     pub(crate) fn land(&mut self, step: &Step) -> Result<(), Fault> {
+        if let Some(Landed { centre, errors }) = &step.landed {
+            (self.centre, self.errors) = (centre.clone(), errors.clone());
+            self.sweeps.borrow_mut().before = None;
+            return Ok(());
+        }
         let order = self.settings.order;
         let h = Interval::exactly(step.h)?;
         let powers: Vec<Interval> = (0..=order as i32).map(|i| h.powi(i)).collect::<Result<_, _>>()?;

@@ -100,22 +100,24 @@ impl Flow<'_> {
         pipe.segments.push(Segment { from: time, step: step.h, states, watched });
         let after = time.add(Interval::exactly(step.h)?)?;
         let arrived = if after.high() >= horizon.low() {
-            let first = (horizon.low() - time.high()).next_down().max(0.0).min(step.h);
-            Some((first, ranges(&self.space, &self.states(&step, Interval::new(first, step.h)?)?)?))
+            let first = (horizon.low() - time.high()).next_down().clamp(0.0, step.h);
+            let last = (horizon.high() - time.low()).next_up().clamp(first, step.h);
+            let instants = Interval::new(first, last)?;
+            Some((instants, ranges(&self.space, &self.states(&step, instants)?)?))
         } else {
             None
         };
         self.land(&step)?;
-        if let Some((first, during)) = arrived {
-            pipe.last = Some(self.arrived(&step, first, &during)?);
+        if let Some((instants, during)) = arrived {
+            pipe.last = Some(self.arrived(&step, instants, &during)?);
         }
         Ok((after, next))
     }
 
-    /// The states from an instant of the step just made to its end: back from its end by the mean value theorem, and
-    /// inside what the step itself says of them.
-    pub(crate) fn arrived(&self, step: &Step, first: f64, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
-        let back = Interval::new(first, step.h)?.sub(Interval::exactly(step.h)?)?;
+    /// The states at some instants of the step just made: back from its end by the mean value theorem, and inside what
+    /// the step itself says of them.
+    pub(crate) fn arrived(&self, step: &Step, at: Interval, during: &[Interval]) -> Result<Vec<Interval>, Fault> {
+        let back = at.sub(Interval::exactly(step.h)?)?;
         let rates = ranges(&self.linear, &self.speeds(&self.linear, &step.tube.states)?)?;
         let ends = self.set()?.hull()?;
         let both = ends.iter().zip(&rates).zip(during);

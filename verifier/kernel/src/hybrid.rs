@@ -11,6 +11,7 @@
 use crate::condition::{Comparison, Condition};
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Settings, Step};
+use crate::halt::allowed;
 use crate::inputs::Inputs;
 use crate::interval::Interval;
 use crate::models::Model;
@@ -338,6 +339,7 @@ pub fn reach(
     let found = Vec::new();
     let mut analysis = Analysis { modes, horizon, until, settings, strides, budget, waiting, found, passed, taken: 0 };
     while let Some(next) = analysis.waiting.pop_front() {
+        allowed()?;
         let is_over = analysis.found.len() >= budget.stretches;
         let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
         analysis.found.push(stretch);
@@ -528,20 +530,22 @@ impl<'a> Analysis<'a> {
         walk.record(step, &Clock::Same, self.settings.depth, self.settings.longest_step)?;
         let end = self.end_within(walk, step)?;
         walk.flow.land(step)?;
-        if let Some((first, during)) = end {
-            walk.stretch.last = Some(walk.flow.arrived(step, first, &during)?);
+        if let Some((instants, during)) = end {
+            walk.stretch.last = Some(walk.flow.arrived(step, instants, &during)?);
         }
         Ok(())
     }
 
-    /// The first instant of a step that may be the horizon, and the states since then, where time is the same for all.
-    fn end_within(&self, walk: &Walk, step: &Step) -> Result<Option<(f64, Vec<Interval>)>, Fault> {
+    /// The instants of a step that may be the horizon, and the states then, where time is the same for all.
+    fn end_within(&self, walk: &Walk, step: &Step) -> Result<Option<(Interval, Vec<Interval>)>, Fault> {
         let time = walk.time()?;
         if walk.paced > 0 || time.width()? > 1e-9 * self.horizon || time.low() + step.h < self.horizon {
             return Ok(None);
         }
         let first = (self.horizon - time.high()).next_down().clamp(0.0, step.h);
-        Ok(Some((first, ranges_of(&walk.flow, step, Interval::new(first, step.h)?)?)))
+        let last = (self.horizon - time.low()).next_up().clamp(first, step.h);
+        let instants = Interval::new(first, last)?;
+        Ok(Some((instants, ranges_of(&walk.flow, step, instants)?)))
     }
 
     /// The stretch ends where the whole set crosses the border of the domain, or that of an urgent guard.

@@ -12,8 +12,12 @@ compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64
 pub mod arena;
 pub mod automaton;
 pub mod chance;
+mod chebyshev;
+mod collocation;
+mod comparison;
 pub mod condition;
 pub mod crossing;
+mod decoupling;
 pub mod dense;
 pub mod elementary;
 pub mod environment;
@@ -22,6 +26,7 @@ pub mod events;
 pub mod fault;
 mod flow;
 pub mod flowpipe;
+pub mod halt;
 pub mod hybrid;
 pub mod inputs;
 pub mod interval;
@@ -48,6 +53,7 @@ mod simulate_python;
 mod spreading;
 mod step;
 pub mod stepping;
+mod stiff;
 pub mod sweep;
 pub mod tree;
 #[cfg(feature = "python")]

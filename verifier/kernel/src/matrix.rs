@@ -35,6 +35,20 @@ impl Matrix {
         Ok(m)
     }
 
+    pub(crate) fn size(&self) -> usize {
+        self.n
+    }
+
+    pub(crate) fn is_zero_row(&self, i: usize) -> bool {
+        let row = i * self.n..(i + 1) * self.n;
+        self.middle[row.clone()].iter().chain(&self.radius[row]).all(|&x| x == 0.0)
+    }
+
+    /// The greatest rate on the diagonal, turned around: how fast something decays by itself.
+    pub(crate) fn fastest_decay(&self) -> f64 {
+        (0..self.n).map(|i| -self.middle[i * self.n + i]).fold(0.0, f64::max)
+    }
+
     /// Columns that are floats.
     fn of_columns(columns: &[Vec<f64>]) -> Matrix {
         let n = columns.len();
@@ -113,7 +127,7 @@ impl Matrix {
     }
 
     /// The greatest row sum of magnitudes, rounded up.
-    fn norm(&self) -> f64 {
+    pub(crate) fn norm(&self) -> f64 {
         let magnitude = |at: usize| self.middle[at].abs() + self.radius[at];
         let row = |i: usize| (0..self.n).map(|j| magnitude(i * self.n + j)).sum::<f64>();
         raised((0..self.n).map(row).fold(0.0, f64::max))

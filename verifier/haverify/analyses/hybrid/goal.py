@@ -174,9 +174,25 @@ def _members(c: Condition) -> Iterator[Atom]:
 
 
 def _window(model: HybridModel) -> Iterator[Condition]:
-    """The declared ranges of the variables, as bounds."""
-    for v in model.automaton.vars:
-        if v.range is not None:
-            low, high = (Expr("num", (q,)) for q in model.values.interval(v.range))
-            yield Atom(Expr("-", (Expr("var", (v.name,)), low)), ">=")
-            yield Atom(Expr("-", (Expr("var", (v.name,)), high)), "<=")
+    """The declared ranges of the variables, as bounds; those of variables that keep their value are kept anyway."""
+    for number, v in enumerate(model.automaton.vars):
+        if v.range is None or _keeps_its_range(model, number):
+            continue
+        low, high = (Expr("num", (q,)) for q in model.values.interval(v.range))
+        yield Atom(Expr("-", (Expr("var", (v.name,)), low)), ">=")
+        yield Atom(Expr("-", (Expr("var", (v.name,)), high)), "<=")
+
+
+def _keeps_its_range(model: HybridModel, number: int) -> bool:
+    """Whether a variable starts in its declared range, and neither flows nor jumps change it."""
+    v = model.automaton.vars[number]
+    assert v.range is not None
+    low, high = model.values.interval(v.range)
+    rates = [line.rate for m in model.modes for line in m.flow if line.var == v.name]
+    is_set = any(a.var == v.name for e in model.automaton.edges for a in e.resets)
+    is_inside = all(low <= s.box[number][0] and s.box[number][1] <= high for s in model.starts)
+    return is_inside and not is_set and all(isinstance(r, Expr) and _is_zero(r) for r in rates)
+
+
+def _is_zero(e: Expr) -> bool:
+    return e.op == "num" and e.args[0] == 0
