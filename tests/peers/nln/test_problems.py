@@ -13,7 +13,7 @@ from haverify.syntax.parse import parse
 from haverify.text.source import Source
 
 FOLDER = Path(__file__).parent
-# HA900: a condition that a check of the text cannot read. HA309: the drifting chaser's mode has no edge, and time goes on.
+# HA900: a condition that a check of the text cannot read. HA309: a mode without an edge, in which time goes on.
 TOLD = {"HA900", "HA309"}
 SPECS = sorted(FOLDER.glob("*.ha"))
 PEERS = json.loads((FOLDER / "peers.json").read_text(encoding="utf-8"))["instances"]
