@@ -81,6 +81,31 @@ def test_operations_enclose(
     assert max(-low, high) <= norm(found)
 
 
+EXPONENTS = st.tuples(st.integers(0, 3), st.integers(0, 3))
+BENT = st.dictionaries(st.integers(0, 3), st.dictionaries(EXPONENTS.map(key), COEFFICIENT, max_size=4), max_size=4)
+SHARES = st.fractions(-1, 1, max_denominator=1 << 20)
+
+
+def exactly(m: Model, t: Fraction, z: list[Fraction]) -> Fraction:
+    """The polynomial at a point, in units."""
+    terms = ((i, exponents(k), c) for i, terms in m.parts.items() for k, c in terms.items())
+    return sum((c * t**i * math.prod(x**e for x, e in zip(z, es, strict=False)) for i, es, c in terms), Fraction(0))
+
+
+@given(BENT, st.integers(-1, 1), st.integers(0, 1 << 60), st.integers(-(1 << 60), 1 << 60), st.tuples(*[SHARES] * 3))
+def test_a_part_of_the_range_encloses(
+    parts: dict[int, dict[int, int]], variable: int, a: int, b: int, at: tuple[Fraction, Fraction, Fraction]
+) -> None:
+    """What is moved into a part of the range of t or of a set variable is what it was there, up to its error."""
+    start, by = (a, (b + SPACE.one) * (SPACE.one - a) >> 61) if variable < 0 else ((a + b) >> 1, (a - b) >> 1)
+    before = Model(parts, 5)
+    after = SPACE.moved(before, variable, start, by)
+    t, *z = abs(at[0]), at[1], at[2]
+    there = [t, *z]
+    there[variable + 1] = Fraction(start, SPACE.one) + Fraction(by, SPACE.one) * there[variable + 1]
+    assert abs(exactly(after, t, z) - exactly(before, there[0], there[1:])) <= after.radius - before.radius
+
+
 VAN_DER_POL = """automaton A {
   var x
   var y

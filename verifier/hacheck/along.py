@@ -6,13 +6,14 @@ A record that is too coarse is beyond the checker, not refused.
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hacheck.crossings import Crossing, borders, crossed, during, rate
-from hacheck.enclosures import Model, bounds, exponents
+from hacheck.enclosures import Model, bounds, exponents, size
 from hacheck.expressions import nodes
 from hacheck.flow_starts import FlowStarts
 from hacheck.formula import conj
@@ -28,7 +29,7 @@ Json = Any
 States = dict[str, Model]
 CLOSE, FEW = 14, 6  # how often a step is cut in halves
 PARTS = 4  # of a step, at whose ends a goal may be met
-HALF = {-1: ((0, 1), (1, 1)), 0: ((-1, 1), (1, 1))}  # (a + b x) / 2 for the halves of [0, 1] and [-1, 1]
+HALF = {-1: (0, 1), 0: (-1, 1)}  # (a + x) / 2 for the halves of [0, 1] and [-1, 1]
 
 
 class Aim(NamedTuple):
@@ -238,16 +239,19 @@ class Along:
     def _halves(self, states: States) -> Iterator[States]:
         """States cut where they vary most: in time, or in a set variable."""
         width = {-1: 0, **dict.fromkeys(range(len(self.record.set)), 0)}
+        by_key: dict[int, int] = defaultdict(int)
         for m in states.values():
             for i, terms in m.parts.items():
+                width[-1] += size(terms) if i else 0
                 for k, c in terms.items():
-                    for v in [-1] * (i > 0) + [j for j, e in enumerate(exponents(k)) if e]:
-                        width[v] += abs(c)
+                    by_key[k] += abs(c)
+        for k, c in by_key.items():
+            for j, e in enumerate(exponents(k)):
+                width[j] += c if e else 0
         cut = max(width, key=lambda v: width[v])
-        for a, b in HALF[min(cut, 0)]:
-            whole, half = a * self.space.one >> 1, b * self.space.one >> 1
-            part = Model({0: {0: whole, self.record.unit(cut): half}} if cut >= 0 else {0: {0: whole}, 1: {0: half}}, 0)
-            yield {v: self.space.replaced(m, cut, part) for v, m in states.items()}
+        half = self.space.one >> 1
+        for a in HALF[min(cut, 0)]:
+            yield {v: self.space.moved(m, cut, a * half, half) for v, m in states.items()}
 
     # Jumps
 

@@ -56,8 +56,7 @@ def crossed(field: Field, place: int, sign: int, states: States, h: Model) -> Cr
 
 def during(space: Space, states: Mapping[str, Model], start: int, length: int) -> States:
     """The states of a part of a step, again over [0, 1]."""
-    part = Model({0: {0: start}, 1: {0: length}}, 0)
-    return {v: space.replaced(m, -1, part) for v, m in states.items()}
+    return {v: space.moved(m, -1, start, length) for v, m in states.items()}
 
 
 def sign_at(tape: Tape, place: int, states: States, space: Space) -> int:
@@ -110,10 +109,10 @@ def _guess(g: Model, space: Space) -> Model:
     """A polynomial t(z) with g(t(z), z) near 0: by halving in the middle of the set, then by Newton's iteration."""
     low, high = 0, space.one
     line = Model({i: {0: terms.get(0, 0)} for i, terms in g.parts.items()}, 0)
-    rising = middle(space.replaced(line, -1, space.constant(high))) > 0
+    rising = middle(space.moved(line, -1, high, 0)) > 0
     for _ in range(space.bits):
         half = (low + high) >> 1
-        above = middle(space.replaced(line, -1, space.constant(half))) > 0
+        above = middle(space.moved(line, -1, half, 0)) > 0
         low, high = (low, half) if above is rising else (half, high)
     found, flat = space.constant(low), Model(g.parts, 0)
     for _ in range(ROUNDS):

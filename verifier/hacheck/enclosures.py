@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil, comb, floor
 from typing import NamedTuple
 
 from hacheck.rational import Beyond, spend
 
 Key = int  # the degree of a monomial in the set variables, then their exponents, six bits each
 Terms = dict[Key, int]
-WIDTH, HIGHEST = 6, 40
+WIDTH, HIGHEST, MOST_VARIABLES = 6, 40, 100
+ODD = sum(1 << WIDTH * (i + 1) for i in range(MOST_VARIABLES))  # the last bit of each exponent
 MAX_BITS, TINY = 400, 10
 
 
@@ -32,7 +33,10 @@ ZERO = Model({}, 0)
 
 def key(exponents: Iterable[int]) -> Key:
     """The monomial with these exponents of the set variables."""
-    return sum(e * ((1 << WIDTH * (i + 1)) + 1) for i, e in enumerate(exponents))
+    given = list(exponents)
+    if len(given) > MOST_VARIABLES:
+        raise Beyond("a set has many variables")
+    return sum(e * ((1 << WIDTH * (i + 1)) + 1) for i, e in enumerate(given))
 
 
 def degree(key: Key) -> int:
@@ -61,9 +65,16 @@ def bounds(a: Model) -> tuple[int, int]:
     low, high = -a.radius, a.radius
     for power, terms in a.parts.items():
         for k, c in terms.items():
-            is_fixed, is_even = not power and not k, not any(e & 1 for e in exponents(k))
-            low += c if is_fixed or (is_even and c < 0) else 0 if is_even else -abs(c)
-            high += c if is_fixed or (is_even and c > 0) else 0 if is_even else abs(c)
+            if k & ODD:
+                low -= abs(c)
+                high += abs(c)
+            elif not power and not k:
+                low += c
+                high += c
+            elif c < 0:
+                low += c
+            else:
+                high += c
     return low, high
 
 
@@ -205,6 +216,25 @@ class Space:
                 found[n] = widened(add(found[n], self.scaled(power, c)), self.up(error * whole))
         return found
 
+    def moved(self, a: Model, variable: int, start: int, by: int) -> Model:
+        """t (variable -1) or a set variable `x` replaced by `start + by x`, numbers in units, in the same range."""
+        step = key([*[0] * variable, 1]) if variable >= 0 else 0
+        weights, parts, lost = [[(0, 1)]], dict[int, Terms](), 0
+        for i, terms in a.parts.items():
+            for k, c in terms.items():
+                e = i if variable < 0 else k >> WIDTH * (variable + 1) & 63
+                while len(weights) <= e:
+                    n = len(weights)
+                    made = [(j, comb(n, j) * start ** (n - j) * by**j) for j in range(n + 1)]
+                    weights.append([(j, w) for j, w in made if w])
+                for j, w in weights[e]:
+                    mine = parts.setdefault(j if variable < 0 else i, {})
+                    there = k - (e - j) * step
+                    mine[there] = mine.get(there, 0) + (c * w >> self.bits * e)
+                lost += len(weights[e]) if e else 0
+        spend(3 + lost)
+        return Model(parts, a.radius + lost)
+
     def replaced(self, a: Model, variable: int, by: Model) -> Model:
         """t (variable -1) or a set variable replaced by a model in the same range, in Horner's way."""
         powers: dict[int, dict[int, Terms]] = {}
@@ -213,7 +243,8 @@ class Space:
             for k, c in terms.items():
                 e = i if variable < 0 else k >> WIDTH * (variable + 1) & 63
                 powers.setdefault(e, {}).setdefault(0 if variable < 0 else i, {})[k - e * step] = c
-        out = ZERO
-        for e in range(max(powers, default=0), -1, -1):
+        top = max(powers, default=0)
+        out = Model(powers.get(top, {}), 0)
+        for e in range(top - 1, -1, -1):
             out = add(self.mul(out, by), Model(powers.get(e, {}), 0))
         return widened(out, a.radius)

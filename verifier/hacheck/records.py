@@ -142,8 +142,7 @@ class Record:
                 raise
         half = self.space.one >> 1
         for start in (0, half):
-            part = Model({0: {0: start}, 1: {0: half}}, 0)
-            cut = {v: self.space.replaced(m, -1, part).parts for v, m in paths.items()}
+            cut = {v: self.space.moved(m, -1, start, half).parts for v, m in paths.items()}
             later = {v: Model({i: t for i, t in parts.items() if i}, 0) for v, parts in cut.items()}
             here = self._follow(here, params, self.space.scaled(h, half), later, found, depth - 1)
         return here

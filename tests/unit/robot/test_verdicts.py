@@ -12,7 +12,7 @@ from haverify.robot import mechanics
 from haverify.robot.checks import inside, zmp
 from haverify.robot.collisions import nearest
 from haverify.robot.cycle import Piece
-from haverify.robot.enclosures import GRAVITY, QUANTITIES, enclosed_finely, formulated, quantities
+from haverify.robot.enclosures import GRAVITY, QUANTITIES, enclosed_finely, formulated, quantities, tapes
 from haverify.robot.mapping import Drive
 from haverify.robot.trajectory import Trajectory, sampled
 from haverify.robot.verdicts import judged
@@ -24,7 +24,7 @@ Q = Fraction
 
 @cache
 def stretches_of(name):
-    return enclosed_finely(robot(), gait_map(name), cycle(), {})
+    return enclosed_finely(tapes(robot(), gait_map(name), cycle(), {}))
 
 
 @cache
@@ -110,7 +110,7 @@ def lowest_heel(q, joints, stance):
 
 
 def verdicts(m, stretches=None):
-    found = judged(robot(), m, cycle(), stretches or enclosed_finely(robot(), m, cycle(), {}))
+    found = judged(robot(), m, cycle(), stretches or enclosed_finely(tapes(robot(), m, cycle(), {})))
     return {d.name: d for d in found}
 
 

@@ -45,6 +45,34 @@ def test_two_tanks_stop_at_their_zeno_point() -> None:
     assert math.isclose(run.limit, 2 * (level - r) / (2 * v - w), rel_tol=1e-9)
 
 
+BLOCK = """spec "rocking block, linear" version "1.0" unitless
+param r in [0.5, 0.95] default 0.8
+@allow(HA401, reason = "impacts accumulate")
+automaton Block {
+  var x in [-2, 2]
+  var v in [-3, 3]
+  init Right with { x := 0.4; v := 0 }
+  mode Left {
+    flow { x' = v; v' = 1 + x }
+    urgent edge up: -> Right when x >= 0 and v > 0 do v := r * v
+  }
+  mode Right {
+    flow { x' = v; v' = x - 1 }
+    urgent edge down: -> Left when x <= 0 and v < 0 do v := r * v
+  }
+}
+"""
+
+
+def test_a_rocking_block_stops_at_its_zeno_point(tmp_path: Path) -> None:
+    """The linear block meets the ground after acosh(1 / (1 - x)), and each time again after 2 atanh of its speed."""
+    run = nominal(model_of(BLOCK, tmp_path), 50.0)
+    speed = math.sqrt(1 - 0.6**2)
+    limit = math.acosh(1 / 0.6) + sum(2 * math.atanh(0.8**n * speed) for n in range(1, 400))
+    assert run.end == "zeno"
+    assert math.isclose(run.limit, limit, abs_tol=1e-9)
+
+
 def test_jump_times_are_exact_to_rounding() -> None:
     run = nominal(loaded(SAMPLES / "bouncing_ball.ha"), 20.0)
     first = math.sqrt(2 * 10.1 / 9.81)

@@ -9,6 +9,7 @@ from typing import Any
 from haverify.analyses.context import Context
 from haverify.analyses.goals import Answer, decide_always, decide_can_reach
 from haverify.analyses.inevitable import decide_reach
+from haverify.analyses.patience import OutOfTimeError, allowed
 from haverify.analyses.poly_range import ENOUGH, Work
 from haverify.analyses.questions import Setting
 from haverify.analyses.rounding import decide_rounding
@@ -24,9 +25,10 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import field, holder, replace
 
 METHOD = "clocked"
+SECONDS = 60  # of CPU time that the usual work may take
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact", "taylor"})
 MISSING = {
-    "cycle": "`cycle through` needs a return map, which this version does not have",
+    "cycle": "`cycle through` beside other goals; write two properties",
     "holds": "`holds` beside goals about runs; write two properties",
 }
 
@@ -87,8 +89,19 @@ def _decide_once(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Ev
     """What is proposed for a claim; others may use it, and ask again."""
     key = claim.name, units
     if key not in contexts.decided:
-        contexts.decided[key] = decide(spec, claim, contexts, units)
+        contexts.decided[key] = _in_time(spec, claim, contexts, units)
     return contexts.decided[key]
+
+
+def _in_time(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evidence:
+    """What is proposed for a claim, in the time that its work may take at most."""
+    seconds = SECONDS * units / ENOUGH
+    try:
+        with allowed(seconds):
+            return decide(spec, claim, contexts, units)
+    except OutOfTimeError:
+        reason = f"nothing was shown in the {seconds:.2g} s of CPU time allowed"
+        return Evidence(Unknown("timeout", reason, next_step="a larger `--budget`"), (), METHOD)
 
 
 def decide(spec: Spec, claim: Claim, contexts: Contexts | None = None, units: int = ENOUGH) -> Evidence:
@@ -124,10 +137,12 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
         return decide_holds(spec, claim, contexts.core_value(), units)
     if any(s.name == claim.on for s in spec.systems):
         return _of_system(contexts, claim, units)
+    context = contexts.get(claim.on or "")
+    if context is not None and all(g.kind == "cycle" for g in claim.goals) and not claim.which:
+        return _by_return(context, claim)
     missing = _missing(spec, claim)
     if missing is not None:
         return Evidence(Unknown("fragment", missing), (), METHOD)
-    context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
     if claim.which:
         return _by_pieces(contexts, context, claim, units)
@@ -136,6 +151,17 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
     except OutsideFragmentError as e:
         return _by_flows(contexts, context, claim, str(e), units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _by_return(context: Context, claim: Claim) -> Evidence:
+    """What is shown of periodic orbits."""
+    from haverify.analyses.orbits.decide import METHOD as RETURN
+    from haverify.analyses.orbits.decide import decide_cycle
+
+    try:
+        return decide_cycle(context.spec, context.automaton, claim, context.core)
+    except OutsideFragmentError as e:
+        return Evidence(Unknown("fragment", str(e)), (), RETURN)
 
 
 def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:

@@ -8,6 +8,7 @@ directions is their distance. If it is negative, it is attained for boxes at a n
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from haverify.robot.chain import Placed, constants, seen_from_base
 from haverify.robot.cycle import Cycle, Piece
 from haverify.robot.formula import Formulas, Number
 from haverify.robot.mapping import Map
+from haverify.robot.threads import at_once
 from haverify.solvers.kernel import Fineness, along
 from haverify.text.record import record
 
@@ -88,7 +90,7 @@ def nearest(d: Description, m: Map, cycle: Cycle, box: Box) -> list[Nearest] | N
     if every is None:
         return None
     chosen = pairs(d.robot, every)
-    return [_nearest(d, m, piece, box, every, chosen) for piece in cycle.pieces] if chosen else []
+    return at_once([partial(_nearest, d, m, piece, box, every, chosen) for piece in cycle.pieces]) if chosen else []
 
 
 def _nearest(

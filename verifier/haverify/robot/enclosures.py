@@ -5,8 +5,9 @@ Time here is the automaton's own; the replay's pace enters as a factor of speeds
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 
 from haverify.maths.bernstein import Box
 from haverify.maths.interval import Interval
@@ -15,12 +16,14 @@ from haverify.robot.chain import Load, Lump, constants, loaded, loads, lumps, po
 from haverify.robot.cycle import Cycle, Piece
 from haverify.robot.formula import NOWHERE, ZERO, Formulas, Number, Vector, exact
 from haverify.robot.mapping import Map
+from haverify.robot.threads import at_once
 from haverify.solvers.kernel import Fineness, Listing, Pair, along
 from haverify.text.record import record
 
 Q = Fraction
 GRAVITY = Q("9.81")
 _TORQUE = 0.05  # N m, narrow enough beside the ranges of motors
+_LOOKS = 5  # instants of a mode
 EDGES = ("front", "back", "left", "right")
 QUANTITIES = (
     *(f"sole_{k}_{c}" for k in range(4) for c in "xyz"),
@@ -129,27 +132,57 @@ def _sum(f: Formulas, vectors: list[Vector]) -> Vector:
     return total
 
 
-def enclosed(
-    d: Description, m: Map, cycle: Cycle, box: Box, widths: Mapping[str, float], fineness: Fineness
-) -> list[Stretch]:
-    """The whole cycle, mode by mode, until every quantity is as narrow as its entry of `widths` asks for."""
-    found = []
-    for piece in cycle.pieces:
-        made = formulated(d, m, piece, box)
-        end, wanted = Interval.at(piece.length).high, [widths[name] for name in made.names]
-        for low, high, values in along(made.positions, made.readout, 2, (0.0, end), wanted, fineness):
-            named = None if values is None else dict(zip(made.names, values, strict=True))
-            found.append(Stretch(piece.mode, low, high, named, box))
-    return found
+@record
+class Tape:
+    """The tapes of a mode, and how long it takes at most (s)."""
+
+    mode: str
+    made: Formulated
+    length: float
 
 
-def enclosed_finely(d: Description, m: Map, cycle: Cycle, box: Box, share: float = 0.05) -> list[Stretch]:
-    """The same, each quantity to a share of the range it has over the cycle, torques at least to 0.05 N m."""
-    coarse = enclosed(d, m, cycle, box, dict.fromkeys(quantities(d, m), 0.0), Fineness(depth=3))
-    widths = dict.fromkeys(quantities(d, m), 0.0)
-    for name in widths:
-        pairs = [s.values[name] for s in coarse if s.values is not None]
-        if pairs:
-            least = _TORQUE if name.startswith(("hold", "move")) else 1e-9
-            widths[name] = share * (max(p[1] for p in pairs) - min(p[0] for p in pairs)) + least
-    return enclosed(d, m, cycle, box, widths, Fineness(depth=7) if box else Fineness())
+@record
+class Tapes:
+    """The tapes of all modes for some values of the params, made once for several looks."""
+
+    modes: list[Tape]
+    box: Box
+
+    def enclosed(self, widths: Mapping[str, float], fineness: Fineness) -> list[Stretch]:
+        """The whole cycle, until every quantity is as narrow as its entry of `widths` asks for."""
+        asked = [(t, (0.0, t.length), [widths[name] for name in t.made.names]) for t in self.modes]
+        found = at_once([partial(_along, t.made, time, wanted, fineness) for t, time, wanted in asked])
+        return [Stretch(t.mode, *one, self.box) for t, each in zip(self.modes, found, strict=True) for one in each]
+
+    def ranges(self) -> dict[str, float]:
+        """How far each quantity ranges over some instants: it decides how finely to look, and nothing else."""
+        found: dict[str, list[float]] = {name: [] for t in self.modes for name in t.made.names}
+        for t in self.modes:
+            for k in range(_LOOKS):
+                at = t.length * k / (_LOOKS - 1)
+                for *_, values in _along(t.made, (at, at), [0.0] * len(t.made.names), Fineness(depth=0)):
+                    for name, (low, high) in (values or {}).items():
+                        found[name] += [low, high]
+        return {name: max(ends) - min(ends) if ends else 0.0 for name, ends in found.items()}
+
+
+def tapes(d: Description, m: Map, cycle: Cycle, box: Box) -> Tapes:
+    """The tapes of a cycle."""
+    made = [Tape(p.mode, formulated(d, m, p, box), Interval.at(p.length).high) for p in cycle.pieces]
+    return Tapes(made, box)
+
+
+def _along(
+    made: Formulated, time: Pair, wanted: Sequence[float], fineness: Fineness
+) -> list[tuple[float, float, dict[str, Pair] | None]]:
+    found = along(made.positions, made.readout, 2, time, wanted, fineness)
+    return [(low, high, None if v is None else dict(zip(made.names, v, strict=True))) for low, high, v in found]
+
+
+def enclosed_finely(made: Tapes, share: float = 0.07) -> list[Stretch]:
+    """The whole cycle, each quantity to a share of the range it has over the cycle, torques at least to 0.05 N m."""
+    widths = {
+        name: share * width + (_TORQUE if name.startswith(("hold", "move")) else 1e-9)
+        for name, width in made.ranges().items()
+    }
+    return made.enclosed(widths, Fineness(depth=7) if made.box else Fineness())

@@ -6,7 +6,7 @@ its least value over a range of paces is at an end, and the paces at which it is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import isqrt
 
@@ -16,7 +16,7 @@ from haverify.robot.body import Description
 from haverify.robot.chain import loaded
 from haverify.robot.collisions import nearest
 from haverify.robot.cycle import Cycle
-from haverify.robot.enclosures import GRAVITY, Stretch, enclosed_finely
+from haverify.robot.enclosures import GRAVITY, Stretch, enclosed_finely, tapes
 from haverify.robot.mapping import Map
 from haverify.text.record import record, replace
 
@@ -76,10 +76,11 @@ def decided(d: Description, m: Map, cycle: Cycle) -> list[Decided]:
     pending, done = [cycle.box], list[list[Decided]]()
     while pending:
         box = pending.pop(0)
-        found = judged(d, m, cycle, enclosed_finely(d, m, cycle, box))
+        made = tapes(d, m, cycle, box)
+        found = judged(d, m, cycle, enclosed_finely(made))
         undecided = any(c.verdict == "unknown" for c in found)
         if undecided and not box:
-            found = judged(d, m, cycle, enclosed_finely(d, m, cycle, box, _FINER))
+            found = judged(d, m, cycle, enclosed_finely(made, _FINER))
         if box and undecided and len(pending) + len(done) + 2 <= _BOXES:
             pending += _halves(box)
         else:
@@ -115,6 +116,7 @@ def judged(d: Description, m: Map, cycle: Cycle, stretches: Sequence[Stretch]) -
     weight, friction = Interval.at(mass * GRAVITY), Interval.at(d.friction)
     height, edge = "lowest corner", "to the sole's edge"
     allowed = Interval.at(m.penetration)
+    efforts = {j.name: Interval.at(j.limits.effort) for j in loaded(d, m) if j.limits is not None}
     rows: list[tuple[str, str, Callable[[Stretch], list[Margin]]]] = [
         ("swing sole above ground", "mm", lambda s: [_height(s, k, allowed, height) for k in range(4)]),
         ("ground pushes", "N", lambda s: [Margin("normal force", weight, _of(s, "push_z"))]),
@@ -123,7 +125,7 @@ def judged(d: Description, m: Map, cycle: Cycle, stretches: Sequence[Stretch]) -
         ("zero moment point sideways", "mm", lambda s: _edges(d, s, weight, "y", edge)),
         ("centre of mass fore-aft", "mm", lambda s: _over(d, s, "x", edge)),
         ("centre of mass sideways", "mm", lambda s: _over(d, s, "y", edge)),
-        ("joint torques", "N m", lambda s: list(_torques(d, m, s))),
+        ("joint torques", "N m", lambda s: list(_torques(efforts, s))),
     ]
     found = []
     for name, unit, margins in rows:
@@ -188,20 +190,19 @@ def _over(d: Description, s: Stretch, axis: str, what: str) -> list[Margin]:
     return [Margin(what, end - com, scale=1000), Margin(what, com - start, scale=1000)]
 
 
-def _torques(d: Description, m: Map, s: Stretch) -> Iterator[Margin]:
-    for joint in loaded(d, m):
-        name = joint.name
-        assert joint.limits is not None, "a hinge has limits"
-        most, hold, move = Interval.at(joint.limits.effort), _of(s, f"hold_{name}"), _of(s, f"move_{name}")
+def _torques(efforts: Mapping[str, Interval], s: Stretch) -> Iterator[Margin]:
+    for name, most in efforts.items():
+        hold, move = _of(s, f"hold_{name}"), _of(s, f"move_{name}")
         yield Margin(name, most - hold, -move)
         yield Margin(name, most + hold, move)
 
 
 def _judged(name: str, unit: str, margins: list[tuple[Stretch, list[Margin]]], m: Map, cycle: Cycle) -> Decided:
     """The least margin over all stretches and paces; where a stretch has no enclosure, nothing is proved."""
-    paces = list(dict.fromkeys((Q(1), cycle.slowest, cycle.fastest)))
+    ends = list(dict.fromkeys((cycle.slowest, cycle.fastest)))
+    paces = list(dict.fromkeys((Q(1), *ends)))  # a force may vanish on the way to an end
     squares = {p: Interval.at((m.speed * p) ** 2) for p in paces}
-    known = [(s, x, p, x.at(squares[p])) for s, xs in margins for x in xs for p in paces]
+    known = [(s, x, p, x.at(squares[p])) for s, xs in margins for x in xs for p in (paces if x.force else ends)]
     if not known:
         return Decided(name, "", "unknown", *_UNBOUNDED, unit, 0.0, 0.0, "", Q(1), None, ())
     low, high = min(k[3].low for k in known), min(k[3].high for k in known)

@@ -309,6 +309,11 @@ Tree = _kernel.Tree
 Where = tuple[int, list[Pair], list[tuple[int, str]]]
 
 
+def halt(is_halted: bool) -> None:
+    """Ask all flowpipes of this process to give up, or let them go on again."""
+    _kernel.halt(is_halted)
+
+
 def grown(
     modes: Sequence[ModeListing], start: Where, horizon: float, until: str, settings: Settings, budget: Budget
 ) -> Tree:

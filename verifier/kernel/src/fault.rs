@@ -25,6 +25,8 @@ pub enum Fault {
     Crossing,
     /// Rounding is not to nearest, or subnormal numbers are flushed to zero.
     Environment,
+    /// The analysis was asked to give up.
+    Halted,
 }
 
 impl fmt::Display for Fault {
@@ -41,6 +43,7 @@ impl fmt::Display for Fault {
             Fault::Crossing => {
                 "a jump could not be told from none: the flow touches a guard, or does not cross it within one step"
             }
+            Fault::Halted => "the analysis was asked to give up",
             Fault::Environment => {
                 "the floating-point unit does not round to nearest, or flushes small numbers to zero: \
                  another library of the process changed its settings"

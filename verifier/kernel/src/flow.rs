@@ -13,6 +13,7 @@
 use crate::errors::Errors;
 use crate::fault::Fault;
 use crate::flowpipe::Settings;
+use crate::halt::allowed;
 use crate::inputs::Inputs;
 use crate::interval::{Enclosure, Interval};
 use crate::matrix::Matrix;
@@ -166,6 +167,7 @@ impl<'a> Flow<'a> {
 
     /// A step of at most `wanted`, and the length to try next.
     pub(crate) fn step(&self, wanted: f64) -> Result<(Step, f64), Fault> {
+        allowed()?;
         if let Some(found) = self.stiff.step(self, wanted) {
             return Ok(found);
         }

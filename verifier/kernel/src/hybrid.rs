@@ -11,6 +11,7 @@
 use crate::condition::{Comparison, Condition};
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Settings, Step};
+use crate::halt::allowed;
 use crate::inputs::Inputs;
 use crate::interval::Interval;
 use crate::models::Model;
@@ -338,6 +339,7 @@ pub fn reach(
     let found = Vec::new();
     let mut analysis = Analysis { modes, horizon, until, settings, strides, budget, waiting, found, passed, taken: 0 };
     while let Some(next) = analysis.waiting.pop_front() {
+        allowed()?;
         let is_over = analysis.found.len() >= budget.stretches;
         let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
         analysis.found.push(stretch);

@@ -26,6 +26,7 @@ pub mod events;
 pub mod fault;
 mod flow;
 pub mod flowpipe;
+pub mod halt;
 pub mod hybrid;
 pub mod inputs;
 pub mod interval;

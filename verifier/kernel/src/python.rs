@@ -266,6 +266,12 @@ mod _kernel {
         Ok(pieces.into_iter().map(|p| (p.low, p.high, p.values.as_deref().map(pairs))).collect())
     }
 
+    /// Ask all flowpipes of this process to give up, or let them go on again.
+    #[pyfunction]
+    fn halt(is_halted: bool) {
+        crate::halt::halt(is_halted);
+    }
+
     #[pyfunction]
     fn width(x: Pair) -> PyResult<f64> {
         guarded(|| Interval::new(x.0, x.1)?.width()).map_err(|why| Fault::new_err(why.to_string()))

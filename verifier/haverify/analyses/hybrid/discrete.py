@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from itertools import product
 
+from haverify.analyses.hybrid.chosen import choices_of
 from haverify.analyses.hybrid.expansion import CONSTANT, Expanded, Known, Place, both, folded, unchanged
 from haverify.model.expression import FALSE, TRUE, Expr, rebuild
 from haverify.model.hybrid import Assign, Edge, FlowLine, HybridAutomaton, Init, Mode, Output, Range
@@ -32,7 +33,7 @@ def without_discrete(spec: Spec, automaton: HybridAutomaton) -> Expanded:
     if all(v.type == "real" for v in automaton.vars):
         return unchanged(automaton)
     types = {v.name: tuple(_values(spec, v.type)) for v in automaton.vars if v.type != "real"}
-    return _Work(automaton, values_of(spec, automaton), types).expanded()
+    return _Work(spec, automaton, values_of(spec, automaton), types).expanded()
 
 
 def _values(spec: Spec, type_: str) -> Iterator[Expr]:
@@ -49,6 +50,7 @@ def _values(spec: Spec, type_: str) -> Iterator[Expr]:
 
 @holder
 class _Work:
+    spec: Spec
     automaton: HybridAutomaton
     values: Values
     types: dict[str, tuple[Expr, ...]]
@@ -167,7 +169,7 @@ class _Work:
         if guard.op == "false":
             return
         kept = tuple(self._real(a, known, told) for a in edge.resets if a.var not in known)
-        chosen = {a.var: self._outcomes(a, told) for a in edge.resets if a.var in known}
+        chosen = {a.var: list(self._outcomes(a, told)) for a in edge.resets if a.var in known}
         for cases in product(*chosen.values()):
             where = both([guard, *(c for c, _ in cases)])
             if where.op == "false":
@@ -176,14 +178,21 @@ class _Work:
             target = self._place(edge.target, tuple(after.items()))
             yield replace(edge, source=mode.name, target=target, guard=where, resets=kept)
 
-    def _outcomes(self, assign: Assign, told: Told) -> list[Case]:
+    def _outcomes(self, assign: Assign, told: Told) -> Iterator[Case]:
         if isinstance(assign.to, Range):
-            return [(TRUE, v) for v in self._given(assign.var, assign.to)]
-        return list(self._cases(told(assign.to)))
+            yield from ((TRUE, v) for v in self._given(assign.var, assign.to))
+            return
+        kind = next(v.type for v in self.automaton.vars if v.name == assign.var)
+        for where, value in self._cases(told(assign.to)):
+            if value.op == "fuzzy":
+                found = choices_of(self.spec, self.automaton, self.values, value)
+                yield from ((both([where, c]), Expr("sym", (kind, term))) for c, term in found)
+            else:
+                yield where, value
 
     def _cases(self, e: Expr) -> Iterator[Case]:
         """The values that an expression may have, and where."""
-        if e.op in CONSTANT:
+        if e.op in CONSTANT or e.op == "fuzzy":
             yield TRUE, e
         elif e.op == "if":
             condition, yes, no = e.children

@@ -74,8 +74,16 @@ def at_once(calls: Sequence[Callable[[], T]]) -> list[T]:
     threads = [Thread(target=made, args=(number,)) for number in range(len(calls))]
     for thread in threads:
         thread.start()
-    for thread in threads:
-        thread.join()
+    _joined(threads)
     for fault in (f for found in faults for f in found):
         raise fault
     return [result for found in results for result in found]
+
+
+def _joined(threads: Sequence[Thread]) -> None:
+    """Wait for all of some threads, also where the wait for one is interrupted."""
+    if threads:
+        try:
+            threads[0].join()
+        finally:
+            _joined(threads[1:])

@@ -176,8 +176,7 @@ def _pairs(values: Json) -> tuple[tuple[str, Q], ...]:
 
 def _quickly(induction: Induction) -> Shown:
     """A candidate with proofs that are found at a glance, or the claim itself with those."""
-    shown = [attempt(induction, formulas, Effort()) for formulas in candidates(induction)]
-    return next((s for s in shown if s.is_proved()), shown[-1])
+    return _tried(induction, Effort())
 
 
 def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
@@ -187,8 +186,17 @@ def _shown(induction: Induction, before: Shown, seconds: float) -> Shown:
         found = _invented(induction, seconds * share)
         if found is not None or not induction.automaton.edges:
             return found or before
-    shown = [attempt(induction, formulas, Effort(is_deep=True)) for formulas in candidates(induction)]
-    return next((s for s in shown if s.is_proved()), shown[-1])
+    return _tried(induction, Effort(is_deep=True))
+
+
+def _tried(induction: Induction, effort: Effort) -> Shown:
+    """What is shown of the first candidate all parts of which have a proof, else of the last one."""
+    *others, last = candidates(induction)
+    for formulas in others:
+        shown = attempt(induction, formulas, effort, is_whole=False)
+        if shown.is_proved():
+            return shown
+    return attempt(induction, last, effort)
 
 
 def candidates(induction: Induction) -> Iterator[Invariant]:
@@ -207,9 +215,14 @@ def _invented(induction: Induction, seconds: float) -> Shown | None:
     return shown if shown.is_proved() else None
 
 
-def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Json = None) -> Shown:
-    """A proof of each part, as far as they are found; `flows` are those of flows that are known."""
-    parts = []
+def attempt(
+    induction: Induction, formulas: Invariant, effort: Effort, flows: Json = None, is_whole: bool = True
+) -> Shown:
+    """A proof of each part, as far as they are found; `flows` are those of flows that are known.
+
+    Unless it `is_whole`, parts after one without a proof are left out.
+    """
+    parts = list[tuple[Obligation, Json]]()
     for ob in induction.parts(formulas):
         if ob.kept is None:
             proof = prove(ob.premises, effort)
@@ -219,6 +232,8 @@ def attempt(induction: Induction, formulas: Invariant, effort: Effort, flows: Js
             keeper = Keeper(induction.field(ob.mode), effort, induction.functions, [], induction.has_inputs)
             proof = keeper.flow(ob.premises, ob.kept)
         parts.append((ob, proof))
+        if proof is None and not is_whole:
+            break
     return Shown(induction, formulas, parts)
 
 

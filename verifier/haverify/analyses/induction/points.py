@@ -12,6 +12,7 @@ from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant
 from haverify.obligations.formula import HOLDS, Formula, Junction, Literal, by_bounds, truth
 from haverify.obligations.functions import Functions
+from haverify.obligations.induction import names_of
 from haverify.obligations.premises import Premises
 from haverify.text.record import record
 
@@ -76,17 +77,23 @@ def _is_new(premises: Premises, f: Junction) -> bool:
 
 def _search(solved: _Solved, premises: Premises, names: list[str], tries: int) -> Point | None:
     free = [n for n in names if n not in dict(solved.given)]
-    choices = [_candidates(n, solved.left.entries) for n in free]
-    ordered = sorted(islice(product(*map(enumerate, choices)), tries), key=lambda c: sum(k for k, _ in c))
-    for choice in ordered:
-        point = dict(zip(free, (q for _, q in choice), strict=True))
+    alone = {n: [f for f in premises.entries if names_of(f) == {n}] for n in free}
+    others = [f for f in premises.entries if not any(f in found for found in alone.values())]
+    others.sort(key=lambda f: (not premises.functions.known.keys().isdisjoint(names_of(f)), len(names_of(f))))
+    choices = [
+        [(k, q, all(certainly(f, {n: q}, premises.functions) for f in alone[n])) for k, q in enumerate(values)]
+        for n, values in ((n, _candidates(n, solved.left.entries)) for n in free)
+    ]
+    tried = [c for c in islice(product(*choices), tries) if all(fits for _, _, fits in c)]
+    for choice in sorted(tried, key=lambda c: sum(k for k, _, _ in c)):
+        point = dict(zip(free, (q for _, q, _ in choice), strict=True))
         for name, value in reversed(solved.given):
             q = value.fix(point).constant
             if q is None:
                 break
             point[name] = q
         else:
-            if all(certainly(f, point, premises.functions) for f in premises.entries):
+            if all(certainly(f, point, premises.functions) for f in others):
                 return {n: point[n] for n in names}
     return None
 
@@ -120,9 +127,11 @@ def certainly(f: Formula, point: Mapping[str, Q], functions: Functions) -> bool:
     def known(leaf: Literal) -> bool | None:
         if all(v in point for v in leaf.polynomial.variables):
             return HOLDS[leaf.op](leaf.polynomial.value(point))
-        values = {n: constant(q) for n, q in point.items()}
         box = {n: (q, q) for n, q in point.items()}
-        p = functions.substitute(leaf.polynomial, values)
+        found = by_bounds(leaf.op, *bounds(leaf.polynomial.fix(point), enclosed(functions, [leaf], box)))
+        if found is not None:
+            return found
+        p = functions.substitute(leaf.polynomial, {n: constant(q) for n, q in point.items()})
         return by_bounds(leaf.op, *bounds(p, enclosed(functions, [Literal(leaf.op, p)], box)))
 
     return truth(f, known) is True
@@ -132,12 +141,13 @@ def farthest(premises: Premises, first: Point, names: Iterable[str]) -> Iterator
     """A point that satisfies premises, and those farthest from it along each axis that still do."""
     yield first
     for v in names:
+        read = [f for f in premises.entries if v in premises.functions.support(names_of(f))]
         for sign in (1, -1):
             inside, outside = Q(0), FAR
             for _ in range(HALVINGS):
                 middle = (inside + outside) / 2
                 there = {**first, v: first[v] + sign * middle}
-                is_inside = all(certainly(f, there, premises.functions) for f in premises.entries)
+                is_inside = all(certainly(f, there, premises.functions) for f in read)
                 inside, outside = (middle, outside) if is_inside else (inside, middle)
             if inside:
                 yield {**first, v: first[v] + sign * inside}

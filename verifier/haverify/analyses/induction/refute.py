@@ -9,7 +9,7 @@ from haverify.analyses.induction.identities import cancelled, glance
 from haverify.analyses.induction.inverses import reduced
 from haverify.analyses.induction.signs import absurd
 from haverify.maths.polynomial import Polynomial
-from haverify.obligations.formula import Junction, Literal
+from haverify.obligations.formula import Formula, Junction, Literal
 from haverify.obligations.functions import PARTIAL, SERIES
 from haverify.obligations.induction import names_of
 from haverify.obligations.premises import Premises, formula_json
@@ -27,8 +27,24 @@ class Effort:
     is_deep: bool = False
 
 
+MOST_KNOWN = 2000
+_KNOWN: dict[tuple[tuple[Formula, ...], Effort], Json] = {}  # the name of a function says all about it
+
+
 def refute(premises: Premises, effort: Effort) -> Json | None:
-    """A proof that the premises have no common point."""
+    """A proof that the premises have no common point.
+
+    The same is asked again and again: for other orders of cuts, and for other values of params that are not in it.
+    """
+    key = premises.entries, effort
+    if key not in _KNOWN:
+        if len(_KNOWN) >= MOST_KNOWN:
+            _KNOWN.clear()
+        _KNOWN[key] = _refute(premises, effort)
+    return _KNOWN[key]
+
+
+def _refute(premises: Premises, effort: Effort) -> Json | None:
     if absurd(premises.entries):
         return "t"
     put = solvable(premises)
