@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from math import prod
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -51,10 +52,12 @@ def figures(measures: Sequence[str], last: Json) -> list[float] | None:
         volume *= width
 
     def width(name: str) -> float | None:
-        """The width of a state, or the sum of those of several."""
+        """The width of a state, or the sum or product of those of two or more."""
+        if "*" in name:
+            return prod(widths[n] for n in name.split("*"))
         return sum(widths[n] for n in name.split("+")) if "+" in name else widths.get(name)
 
-    found = [volume if m == "volume" else width(m.removeprefix("width ")) for m in measures]
+    found = [volume if m == "volume" else width(m.split(" ", 1)[1]) for m in measures]
     return [f for f in found if f is not None] if None not in found else None
 
 

@@ -80,6 +80,17 @@ def plankton(s: Array) -> Array:
     return np.stack([-eaten, eaten - died, died])
 
 
+def coupled(s: Array) -> Array:
+    x1, y1, x2, y2, b = s
+    pull = b * (x2 - x1)
+    return np.stack([y1, (1 - x1 * x1) * y1 + pull - x1, y2, (1 - x2 * x2) * y2 - pull - x2, 0 * b])
+
+
+def prey_and_predators(s: Array) -> Array:
+    x, y = s
+    return np.stack([3 * x - 3 * x * y, x * y - y])
+
+
 def block_left(s: Array) -> Array:
     alpha = np.pi / 4
     return np.stack([s[1], np.sin(alpha * (1 + s[0])) / alpha])
@@ -100,6 +111,9 @@ def ball_up(s: Array) -> Array:
 
 PROBLEMS = {
     "van_der_pol": Problem(2, (van_der_pol,), ((),), 0.05),
+    "coupled_van_der_pol": Problem(5, (coupled,), ((),), 0.05),
+    # Its jumps have no effect: all runs are in one flowpipe without any.
+    "lotka_volterra_circle": Problem(2, (prey_and_predators,), ((),), 0.05),
     "laub_loomis_w001": Problem(7, (laub_loomis,), ((),), 0.2),
     "laub_loomis_w005": Problem(7, (laub_loomis,), ((),), 0.2),
     "laub_loomis_w010": Problem(7, (laub_loomis,), ((),), 0.2),

@@ -12,6 +12,8 @@ from tests.soak.campaign import Box, Crossing, Enclosure, Piece, campaign
 from tests.soak.enclosures import enclosures
 from tests.soak.problems import PROBLEMS, Problem
 from tests.soak.runs import Jumped, Runs, starts
+from tests.soak.stiff import RATES, flowpipe, question
+from tests.soak.stiff import soak as stiff
 
 ROCKING = PROBLEMS["rocking_block"]
 ROCKING_START = [(-0.52, -0.48), (-0.01, 0.01)]
@@ -91,3 +93,16 @@ def test_what_an_impact_does_has_to_be_enclosed() -> None:
     assert good.escapes == []
     assert good.jumps == 200
     assert campaign(ROCKING, block((0.830, 0.850)), 200, 1).escapes
+
+
+@pytest.mark.parametrize("name", RATES)
+def test_stiff_runs_stay_inside_the_enclosures_of_their_starts(name: str) -> None:
+    assert stiff(name, 2) == []
+
+
+def test_a_stiff_run_from_another_start_is_noticed() -> None:
+    asked = question("robertson_1")
+    moved = flowpipe(asked, np.array([0.5, 1e-3, 0.2]))
+    assert moved.last[0][1] - moved.last[0][0] < 1e-10
+    other = flowpipe(asked, np.array([0.5, 1e-3, 0.2 + 1e-8]))
+    assert other.last[0][0] > moved.last[0][1] or other.last[0][1] < moved.last[0][0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import json
 import os
@@ -203,6 +204,7 @@ def clean(message: str) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """The command line; everything that is no answer is exit code 2 and one line."""
     gc.disable()
+    atexit.register(gc.freeze)  # what is left ends with the process
     sys.set_int_max_str_digits(MAX_BITS)
     sys.setrecursionlimit(3000)
     words = list(sys.argv[1:] if arguments is None else arguments)

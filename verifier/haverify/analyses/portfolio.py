@@ -28,7 +28,7 @@ METHOD = "clocked"
 SECONDS = 60  # of CPU time that the usual work may take
 OURS = frozenset({"clocked", "poly_range", "poly-range", "exact", "taylor"})
 MISSING = {
-    "cycle": "`cycle through` needs a return map, which this version does not have",
+    "cycle": "`cycle through` beside other goals; write two properties",
     "holds": "`holds` beside goals about runs; write two properties",
 }
 
@@ -137,10 +137,12 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
         return decide_holds(spec, claim, contexts.core_value(), units)
     if any(s.name == claim.on for s in spec.systems):
         return _of_system(contexts, claim, units)
+    context = contexts.get(claim.on or "")
+    if context is not None and all(g.kind == "cycle" for g in claim.goals) and not claim.which:
+        return _by_return(context, claim)
     missing = _missing(spec, claim)
     if missing is not None:
         return Evidence(Unknown("fragment", missing), (), METHOD)
-    context = contexts.get(claim.on or "")
     assert context is not None, "claims about no automaton are sorted out before"
     if claim.which:
         return _by_pieces(contexts, context, claim, units)
@@ -149,6 +151,17 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
     except OutsideFragmentError as e:
         return _by_flows(contexts, context, claim, str(e), units)
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
+
+
+def _by_return(context: Context, claim: Claim) -> Evidence:
+    """What is shown of periodic orbits."""
+    from haverify.analyses.orbits.decide import METHOD as RETURN
+    from haverify.analyses.orbits.decide import decide_cycle
+
+    try:
+        return decide_cycle(context.spec, context.automaton, claim, context.core)
+    except OutsideFragmentError as e:
+        return Evidence(Unknown("fragment", str(e)), (), RETURN)
 
 
 def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:

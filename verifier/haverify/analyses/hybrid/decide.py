@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.counted import proved_by_counting
 from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
 from haverify.analyses.hybrid.inputs import fields
@@ -112,15 +113,20 @@ def _decide(question: Question) -> Answer:
     start = admissible(question)
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
+    kind, entry = question.asked.kind, {"kind": "flowpipe", "start": _start_json(question, *start)}
+    is_counted = proved_by_counting(question)
+    if is_counted:
+        return Answer(Proved(), "holds along flowpipes, on which jumps are counted", entry)
     is_endless = question.asked.endless
-    proof = None if is_endless or _is_run_likely(question) else proved_at_once(question)
+    proof = None if is_endless or is_counted is False or _is_run_likely(question) else proved_at_once(question)
     _, run = by_a_run(question) if proof is None else (None, None)
     if run is not None:
         return _by_the_run(question, run)
+    if is_counted is False:
+        return Answer(undecided(question))
     proof = proved_for_ever(question) if is_endless else proof or proved_by(question)
     if proof is None:
         return Answer(not_for_ever(question) if is_endless else undecided(question))
-    kind, entry = question.asked.kind, {"kind": "flowpipe", "start": _start_json(question, *start)}
     record = proof_record(question, proof) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Refuted(), "never reached", entry, record=record)

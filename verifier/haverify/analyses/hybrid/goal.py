@@ -63,7 +63,7 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
             raise OutsideFragmentError("a horizon of jumps alone, beside `abs`, `min`, `max` or `if` in a flow")
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, ENDLESS, claim.jumps, last_jump=True)
-    if not ends and goal.kind != "reach" and goal.window is None and not _reads_time(model, goal):
+    if not ends and goal.kind != "reach" and goal.window is None and not reads_time(model, goal):
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, LONG, MOST_JUMPS, endless=True)
     if not ends:
@@ -80,7 +80,7 @@ def _budget(model: HybridModel, claim: Claim) -> int:
     return (MOST_JUMPS if claim.jumps is None else claim.jumps) + changes
 
 
-def _reads_time(model: HybridModel, goal: Goal) -> bool:
+def reads_time(model: HybridModel, goal: Goal) -> bool:
     """Whether anything depends on the time since the start."""
     edges = [e for e in model.automaton.edges if any(m.name == e.source for m in model.modes)]
     told = [goal.condition, *model.assumed, *model.used, *(e.guard for e in edges), *(m.domain for m in model.modes)]
@@ -148,7 +148,7 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
     assumed = tuple(tuple(_held(model, k, model.assumed)) for k in range(len(model.modes)))
     used = [tuple(_held(model, k, model.used)) for k in range(len(model.modes))]
     facts = tuple(tuple(a for c in (*x, *y) for a in _members(closed(c))) for x, y in zip(assumed, used, strict=True))
-    return Judged(tuple(dwelling), landing, Every(tuple(_window(model))), facts, assumed)
+    return Judged(tuple(dwelling), landing, Every(tuple(window(model))), facts, assumed)
 
 
 def _held(model: HybridModel, number: int, conditions: Iterable[Expr]) -> Iterator[Condition]:
@@ -173,7 +173,7 @@ def _members(c: Condition) -> Iterator[Atom]:
             yield from _members(member)
 
 
-def _window(model: HybridModel) -> Iterator[Condition]:
+def window(model: HybridModel) -> Iterator[Condition]:
     """The declared ranges of the variables, as bounds; those of variables that keep their value are kept anyway."""
     for number, v in enumerate(model.automaton.vars):
         if v.range is None or _keeps_its_range(model, number):

@@ -85,7 +85,7 @@ def contracted(box: Box, names: Sequence[str], told: Iterable[Expr], values: Val
     """The part of a box of variables and params where some linear comparisons may hold; None where there is none."""
     sides = dict(zip(names, box, strict=True))
     for e in (c for condition in told for c in members(condition)):
-        slopes, rest = _linear(e, sides, values)
+        slopes, rest = linear(e, sides, values)
         for name, a in slopes.items():
             others = sum((max(b * q for q in sides[n]) for n, b in slopes.items() if n != name), rest)
             low, high = sides[name]  # where a x + others may be positive
@@ -95,7 +95,7 @@ def contracted(box: Box, names: Sequence[str], told: Iterable[Expr], values: Val
     return tuple(sides[n] for n in names)
 
 
-def _linear(e: Expr, known: Mapping[str, object], values: Values) -> tuple[dict[str, Q], Q]:
+def linear(e: Expr, known: Mapping[str, object], values: Values) -> tuple[dict[str, Q], Q]:
     """Slopes and a number of a sum that is not negative where a comparison holds; no slopes for other conditions."""
     if e.op not in ("<", "<=", ">", ">="):
         return {}, Q(0)

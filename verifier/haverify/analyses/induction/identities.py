@@ -19,7 +19,7 @@ from haverify.maths.polynomial import Monomial, Polynomial, variable
 from haverify.obligations.formula import Formula, Literal, negation
 from haverify.obligations.functions import factors
 from haverify.obligations.premises import Premises, whole
-from haverify.text.record import record
+from haverify.text.record import field, record
 
 Q = Fraction
 Json = Any
@@ -37,6 +37,7 @@ class Bound:
 
 Bounds = dict[str, tuple[Bound, Bound]]
 Part = tuple[int, Literal, Q]
+Terms = dict[Monomial, Q | int]
 
 
 @record
@@ -47,6 +48,13 @@ class Frame:
     ends: Bounds
     forms: dict[str, int]  # a coordinate and the place of the premise that it is
     values: dict[str, Polynomial]  # what replaced names are in coordinates
+    images: dict[Polynomial, Polynomial] = field(default_factory=dict, compare=False)
+
+    def image(self, p: Polynomial) -> Polynomial:
+        """A polynomial in coordinates."""
+        if p not in self.images:
+            self.images[p] = p.substitute(self.values)
+        return self.images[p]
 
 
 def glance(entries: Sequence[Formula]) -> Json | None:
@@ -124,48 +132,55 @@ def bounds_of(leaves: list[tuple[int, Literal]]) -> Bounds:
 
 def _proof(parts: list[Part], frame: Frame) -> Json | None:
     """Premises times numbers (at most 0 for inequalities) and what is plainly not below 0 that add up to 0."""
-    groups = _groups(parts, frame)
-    if groups is None:
+    found = _groups(parts, frame)
+    if found is None:
         return None
+    groups, unit = found
     strict = next(((i, -q) for i, f, q in parts if f.op == "<" and q < 0), None)
     last: Json = None if strict is None else [rational_text(strict[1]), [strict[0]]]
     squares = [[rational_text(-q), [i]] for i, f, q in parts if f.op != "==" and (strict is None or i != strict[0])]
     for outer, inner in groups.items():
-        found = _products(inner, frame.ends)
-        if found is None:
+        products = _products(inner, unit, frame.ends)
+        if products is None:
             return None
         root = factors(tuple((v, e // 2) for v, e in outer if v not in frame.forms))
         linear = [frame.forms[v] for v, e in outer if v in frame.forms for _ in range(e)]
-        least = min((c for c, _, _ in found), default=Q(0))
+        least = min((c for c, _, _ in products), default=Q(0))
         if last is None and not root and frame.strict.issuperset(linear) and least > 0:
             last = [rational_text(least), linear]
-            inner[()] = inner.get((), Q(0)) - least
-            found = _products(inner, frame.ends) or []
-        squares += [[[[rational_text(w), [["1", *root]]]], [*places, *linear]] for _, w, places in found if w]
+            inner[()] = inner.get((), 0) - least * unit
+            products = _products(inner, unit, frame.ends) or []
+        squares += [[[[rational_text(w), [["1", *root]]]], [*places, *linear]] for _, w, places in products if w]
     equal = [[i, [[rational_text(q)]]] for i, f, q in parts if f.op == "=="]
     return None if last is None else ["psatz", squares, equal, last]
 
 
-def _groups(parts: list[Part], frame: Frame) -> dict[Monomial, dict[Monomial, Q]] | None:
-    """Minus the sum of the parts in coordinates, by what has no two bounds; None where that is no square."""
-    rest: dict[Monomial, Q] = {}
-    for _, f, q in parts:
-        for m, c in f.polynomial.substitute(frame.values).terms.items():
-            rest[m] = rest.get(m, Q(0)) - q * c
-    groups: dict[Monomial, dict[Monomial, Q]] = {}
+def _groups(parts: list[Part], frame: Frame) -> tuple[dict[Monomial, Terms], int] | None:
+    """Minus the sum of the parts in coordinates, by what has no two bounds; None where that is no square.
+
+    The coefficients are over the integer that is returned beside them.
+    """
+    members = [(q, frame.image(f.polynomial)) for _, f, q in parts]
+    unit = lcm(*(q.denominator * p.divisor for q, p in members))
+    rest: dict[Monomial, int] = {}
+    for q, p in members:
+        factor = q.numerator * (unit // (q.denominator * p.divisor))
+        for m, c in p.whole.items():
+            rest[m] = rest.get(m, 0) - factor * c
+    groups: dict[Monomial, Terms] = {}
     for m, c in rest.items():
         if c:
-            outer = tuple(x for x in m if x[0] not in frame.ends)
+            outer = tuple([x for x in m if x[0] not in frame.ends])
             if any(e % 2 for v, e in outer if v not in frame.forms):
                 return None
-            groups.setdefault(outer, {})[tuple(x for x in m if x[0] in frame.ends)] = c
+            groups.setdefault(outer, {})[tuple([x for x in m if x[0] in frame.ends])] = c
     groups.setdefault((), {})
-    return groups
+    return groups, unit
 
 
-def _products(inner: dict[Monomial, Q], ends: Bounds) -> list[tuple[Q, Q, list[int]]] | None:
+def _products(inner: Terms, unit: int, ends: Bounds) -> list[tuple[Q, Q, list[int]]] | None:
     """A polynomial in bounded names as Bernstein coefficients, each with a weight and the bounds to multiply by it."""
-    p = _polynomial(inner)
+    p = _polynomial(inner, unit)
     names = p.variables
     if not names:
         value = p.constant or Q(0)
@@ -188,9 +203,9 @@ def _products(inner: dict[Monomial, Q], ends: Bounds) -> list[tuple[Q, Q, list[i
     return found
 
 
-def _polynomial(terms: dict[Monomial, Q]) -> Polynomial:
-    unit = lcm(*(c.denominator for c in terms.values()))
-    return Polynomial({m: int(c * unit) for m, c in terms.items() if c}, unit)
+def _polynomial(terms: Terms, unit: int) -> Polynomial:
+    common = lcm(*(c.denominator for c in terms.values()))
+    return Polynomial({m: int(c * common) for m, c in terms.items() if c}, unit * common)
 
 
 def cancelled(premises: Premises) -> tuple[Formula, Json] | None:

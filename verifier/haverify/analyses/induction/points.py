@@ -79,6 +79,7 @@ def _search(solved: _Solved, premises: Premises, names: list[str], tries: int) -
     free = [n for n in names if n not in dict(solved.given)]
     alone = {n: [f for f in premises.entries if names_of(f) == {n}] for n in free}
     others = [f for f in premises.entries if not any(f in found for found in alone.values())]
+    others.sort(key=lambda f: (not premises.functions.known.keys().isdisjoint(names_of(f)), len(names_of(f))))
     choices = [
         [(k, q, all(certainly(f, {n: q}, premises.functions) for f in alone[n])) for k, q in enumerate(values)]
         for n, values in ((n, _candidates(n, solved.left.entries)) for n in free)
