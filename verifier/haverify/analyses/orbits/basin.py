@@ -33,13 +33,13 @@ Q = Fraction
 SHARES = (0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5)  # of the sizes of variables: boxes that may contract
 ERROR, COARSE = 1e-12, 1e-9  # aimed at in a step
 SAMPLES = 60  # of a lap
-AGAIN = 4  # times at which they are tried
-TRIES = 80  # flowpipes for this
+AGAIN = 3  # times at which they are tried
+TRIES = 160  # flowpipes for this
 STEPS = 600  # of one of them
 LAPS = 12  # after which runs from P have to be near the orbit
 HALVINGS = (0, 1, 2, 4, 6)  # of the states with P
 CUTS = 1
-LATE = (0.3, 0.1, 0.02)  # of a lap before a run comes to the section
+LATE = (0.3, 0.05)  # of a lap before a run comes to the section
 DEGREES = (2, 3)
 
 

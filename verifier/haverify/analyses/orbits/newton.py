@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from haverify.analyses.orbits.linear import Matrix, inverse, product
-from haverify.analyses.orbits.returns import ERROR, Box, Lap, Track, settings_of
+from haverify.analyses.orbits.returns import Box, Lap, Track, finely
 from haverify.maths.interval import Interval
 from haverify.solvers.kernel import Settings
 from haverify.text.record import holder, record
@@ -16,7 +16,6 @@ TRIES = 8  # boxes that are tried, each a few times larger than the one before
 LARGER = 8.0
 ROOM = 4.0  # times what the first step moves
 LEAST = 2e-13  # of the size of a variable: no box is narrower at first
-WIDE = 1e-11  # aimed at in a step where params are open
 TIGHTENED = 3  # steps once the orbit is known
 
 
@@ -90,9 +89,7 @@ class Search:
         return None if lap is None else Fixed(dict(zip(self.columns, box, strict=True)), lap)
 
     def _settings(self) -> Settings:
-        """Finer where all that is given is known exactly."""
-        is_open = any(x.low < x.high for x in self.given.values())
-        return settings_of(self.track.length, self.track.size, 3 if is_open else 1, WIDE if is_open else ERROR)
+        return finely(self.given, self.track.length, self.track.size)
 
     def _lap(self, box: Sequence[Interval], settings: Settings) -> Lap | None:
         return self.track.lap({**self.given, **dict(zip(self.columns, box, strict=True))}, settings)

@@ -13,7 +13,7 @@ from haverify.analyses.orbits.linear import basis_of, inverse
 from haverify.analyses.orbits.newton import Fixed, Search
 from haverify.analyses.orbits.passing import Crossed, Section, passes_crossing, passes_landing
 from haverify.analyses.orbits.ranges import Ranges
-from haverify.analyses.orbits.returns import Box, Track, settings_of
+from haverify.analyses.orbits.returns import Box, Track, finely
 from haverify.maths.interval import Interval
 from haverify.model.expression import Expr, number
 from haverify.simulate.orbits import Orbit
@@ -21,7 +21,7 @@ from haverify.text.record import holder, record
 
 Q = Fraction
 LATE = 0.05  # of the lap before its end: the section counts from then on
-EARLY = (0.02, 0.002)  # of the lap before the orbit comes to P
+EARLY = (0.1, 0.02, 0.002)  # of the lap before the orbit comes to P
 MOST = 6  # crossings that are tried
 SAMPLES = 400  # of a lap
 
@@ -101,14 +101,14 @@ class Plane:
         search = Search(self.track(), self.columns, self.given, [self.sizes[v] for v in self.columns])
         return search.fixed([self.centre[v] for v in self.columns])
 
-    def passed(self, sections: list[Section], box: Box, degree: int = 1) -> Passed | None:
+    def passed(self, sections: list[Section], box: Box) -> Passed | None:
         """Where all runs from a box of the section pass P; None if that is not certain."""
         start = {**self.given, **box}
-        settings = settings_of(self.orbit.period, self.size, degree)
+        settings = finely(self.given, self.orbit.period, self.size)
         landings = None
         for s in sections:
             if isinstance(s, Crossed):
-                found = self._crossing(s, start, degree)
+                found = self._crossing(s, start)
                 if found is not None:
                     return found
                 continue
@@ -129,7 +129,7 @@ class Plane:
         known = self.model.definitions[self.model.mode(section.mode)]
         return written_out(section.quantity, known)
 
-    def _crossing(self, section: Crossed, start: Box, degree: int) -> Passed | None:
+    def _crossing(self, section: Crossed, start: Box) -> Passed | None:
         period = self.orbit.period
         run = self.guesses.run(self.mode, self.centre, 1.1 * period)
         quantity = self.written(section)
@@ -138,9 +138,8 @@ class Plane:
                 if t <= early * period:
                     continue
                 cut = Cut(self.mode, section.mode, section.quantity, Q(t - early * period))
-                lap = Track(self.model, cut, t + 0.2 * period, self.size).lap(
-                    start, settings_of(period, self.size, degree)
-                )
+                track = Track(self.model, cut, t + 0.2 * period, self.size)
+                lap = track.lap(start, finely(self.given, period, self.size))
                 if lap is not None and passes_crossing(self.model, section, lap.state, lap.time):
                     return Passed(section, lap.state, lap.time)
         return None

@@ -25,6 +25,7 @@ BEYOND = 1.3  # laps: so far runs are followed
 STRETCHES = 60
 OPENED = {"<=": "<", ">=": ">", "<": "<", ">": ">", "!=": "!=", "==": "=="}
 ORDER, ERROR = 20, 1e-15  # of a step, in units of the state
+WIDE = 1e-11  # the same where params are open
 
 
 @record
@@ -177,3 +178,9 @@ def settings_of(length: float, size: float, degree: int = 1, error: float = ERRO
     """How finely a lap is followed."""
     longest = length * LONGEST
     return Settings(ORDER, degree, error * max(size, 1e-6), min(longest, 0.02), longest, length * LEAST, 4000, 4)
+
+
+def finely(given: Box, length: float, size: float) -> Settings:
+    """How finely a lap from nearly one state is followed: numbers that are open in it make polynomials of it."""
+    is_open = any(x.low < x.high for x in given.values())
+    return settings_of(length, size, 3 if is_open else 1, WIDE if is_open else ERROR)
