@@ -18,6 +18,6 @@ def test_it_says_what_it_expects(spec: Path, tmp_path: Path, monkeypatch: pytest
 
 
 def test_all_of_them_are_found() -> None:
-    assert {"gait", "gait_printed", "leg_ca", "lip_push", "push_recovery", "rocking_block", "walker"} <= {
+    assert {"gait", "gait_printed", "leg_ca", "lip_push", "push_recovery", "rocking_block", "walker", "zeno"} <= {
         p.stem for p in SPECS
     }

@@ -249,11 +249,11 @@ def _unproved(contexts: Contexts, context: Context, claim: Claim, units: int) ->
 def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What is shown by an end of all runs, and by flowpipes or an invariant; what takes less comes first."""
     is_endless = _is_endless(claim)
-    ended = _by_closing(contexts, context, claim, units, is_endless)
+    ended = None if claim.using else _by_closing(contexts, context, claim, units, is_endless)
     if ended is not None:
         return ended
     found = _by_pipes(contexts, context, claim, reason, units)
-    if is_endless or not isinstance(found.verdict, Unknown):
+    if (is_endless and not claim.using) or not isinstance(found.verdict, Unknown):
         return found
     return _by_closing(contexts, context, claim, units, True) or found
 

@@ -13,7 +13,7 @@ from haverify.text.record import record
 
 Q = Fraction
 SLACK = Q(1, 10**9)
-SLACKS = (Q(0), SLACK, Q(1, 10**6), Q(1, 1000), Q(1, 50))
+SLACKS = (Q(0), SLACK, Q(1, 1000))
 EXACT = Q(1, 10**14)
 SIMPLE = 10**5
 

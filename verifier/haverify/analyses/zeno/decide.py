@@ -143,18 +143,21 @@ def _begins(induction: Induction, closing: Closing) -> bool:
 
 
 def shown_by(induction: Induction, closing: Closing, effort: Effort) -> Shown:
-    """A proof of each part, as far as they are found."""
-    parts = []
+    """A proof of each part up to the first one that has none; only what the goal needs is searched for with effort."""
+    parts: list[tuple[Obligation, Json]] = []
     for ob in induction.parts(closing.formulas):
-        proof: Json
-        if ob.kept is not None:
-            proof = _flow(induction, ob, closing.last.get(ob.mode), effort)
-        elif ob.edge is not None:
-            proof = staged(ob.premises, closing.landing.get(ob.edge, []), effort)
-        else:
-            proof = staged(ob.premises, closing.lemmas[ob.mode] if ob.kind == "use" else [], effort)
-        parts.append((ob, proof))
+        is_open = bool(parts) and parts[-1][1] is None
+        parts.append((ob, None if is_open else _proof(induction, closing, ob, effort)))
     return Shown(induction, closing.formulas, parts)
+
+
+def _proof(induction: Induction, closing: Closing, ob: Obligation, effort: Effort) -> Json | None:
+    if ob.kept is not None:
+        return _flow(induction, ob, closing.last.get(ob.mode), Effort())
+    if ob.edge is not None:
+        return staged(ob.premises, closing.landing.get(ob.edge, []), Effort())
+    is_use = ob.kind == "use"
+    return staged(ob.premises, closing.lemmas[ob.mode] if is_use else [], effort if is_use else Effort())
 
 
 def _flow(induction: Induction, ob: Obligation, last: Last | None, effort: Effort) -> Json | None:
