@@ -71,6 +71,8 @@ def _piece(claim: Json, leaf: Json, setting: Setting, box: Box) -> str:
     narrow = Setting(core, core.automata[setting.a["name"]], False, setting.load, setting.lemma)
     verdict: str = goals_shown({**claim, "which": []}, leaf, narrow)[0]
     wide = {n for n, (low, high) in box.items() if low < high}
+    if verdict == "refuted" and wide and any(entry.get("kind") == "flow_run" for entry in leaf["goals"]):
+        raise Beyond("a flow that violates the claim for all of a piece")
     if verdict == "refuted" and not all(_is_for_all(entry, wide) for entry in leaf["goals"]):
         raise Refused("a piece is refuted for some of its points only")
     return verdict

@@ -168,6 +168,42 @@ def test_states_after_jumps_count_beside_those_of_an_equation(tmp_path: Path) ->
     assert isinstance(e.verdict, Unknown)
 
 
+# A ball that is thrown up at each impact: v becomes 2 - v / 2, so it lands with -4 and starts with 4.
+THROWN = """automaton A {
+  var h; var v
+  init M where h == 1 and v == 0
+  mode M {
+    domain h >= 0
+    flow { h' = v; v' = -9.81 }
+    urgent edge bounce: -> M when h == 0 and v < 0 do v := 2 - 0.5 * v
+  }
+}"""
+
+
+def test_a_ball_that_is_thrown_up_has_its_period_and_multiplier(tmp_path: Path) -> None:
+    claim = "cycle through jump(bounce) and 3.99 <= v <= 4.01 and abs(h) <= 0.001 within 1 attracting"
+    e = claimed(tmp_path, THROWN, claim)
+    low, high = ends(e, "period")
+    assert isinstance(e.verdict, Proved) and low < Q(800, 981) < high and high - low < Q(1, 10**11)
+    [(m, r)] = multipliers(e)
+    assert abs(m - 0.5) <= r < 1e-10
+    assert isinstance(claimed(tmp_path, THROWN, claim.replace("within 1", "within 0.8")).verdict, Refuted)
+
+
+HINDERED = [
+    ("mode M {", "mode M { domain x <= 2;"),  # it comes to 2.0086
+    ("var x;", "var x in [-2, 2];"),
+    ("mode M {", "mode N { flow { x' = 0; y' = 0 } }; mode M { urgent edge out: -> N when x >= 2;"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), HINDERED)
+def test_an_orbit_that_no_run_may_follow_is_none(tmp_path: Path, old: str, new: str) -> None:
+    hindered = VAN_DER_POL.replace(old, new).replace("x == 2 and", "x == 1 and")
+    found = claimed(tmp_path, hindered, "cycle through y == 0 and -2.1 <= x <= -1.9 within 7")
+    assert not isinstance(found.verdict, Proved)
+
+
 FALSE = [
     (VAN_DER_POL, "cycle through y == 0 and 1.9 <= x <= 2.1 within 3"),
     (VAN_DER_POL, "cycle through y == 0 and 1.5 <= x <= 1.9 within 7"),

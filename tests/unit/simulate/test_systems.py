@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from haverify.analyses.networks.product import Product
 from haverify.elaborate.elaborate import elaborate
 from haverify.model.core import to_core
 from haverify.model.spec import Spec
@@ -9,7 +10,6 @@ from haverify.run.load import load
 from haverify.simulate.draws import Drawing
 from haverify.simulate.falsify import searched, subject
 from haverify.simulate.model import SimulatedAutomaton
-from haverify.analyses.networks.product import Product
 from haverify.simulate.run import Settings, followed
 
 SAMPLES = Path(__file__).parents[2] / "samples"

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from fractions import Fraction
+from math import prod
+from operator import eq, ge, gt, le, lt
+
 from haverify.diagnostics.diagnostic import Diagnostic
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
@@ -57,7 +62,7 @@ def judge(claim: Claim, evidence: Evidence, on_record: tuple[str, ...] | None) -
 
 
 def _agree(claim: Claim, evidence: Evidence, on_record: tuple[str, ...] | None) -> Judgement:
-    messages = [text for text in (margin_problem(claim, evidence.verdict), _share_problem(claim)) if text]
+    messages = [text for text in (margin_problem(claim, evidence.verdict), _share_problem(claim, evidence)) if text]
     undecided: list[str] = []
     if isinstance(evidence.verdict, Refuted) and on_record is not None:
         messages += _new_causes(claim, evidence, on_record)
@@ -88,10 +93,30 @@ def _difference(claim: Claim, got: str) -> str:
     return f"expected {claim.expect.verdict}, got {got}"
 
 
-def _share_problem(claim: Claim) -> str | None:
+_SIDE = re.compile(r"in \[(-?\d+(?:/\d+)?), (-?\d+(?:/\d+)?)\]")
+
+
+def _share_problem(claim: Claim, evidence: Evidence) -> str | None:
     if claim.expect is None or claim.expect.share is None:
         return None
-    return "expected a share of the parameter range, but this claim was not decided box by box"
+    share = proved_share(evidence)
+    if share is None:
+        return "expected a share of the parameter range, but this claim was not decided box by box"
+    op, wanted = claim.expect.share
+    holds = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq}[op](share, wanted)
+    return None if holds else f"expected a share {op} {wanted}, got {float(share):.6g}"
+
+
+def proved_share(evidence: Evidence) -> Fraction | None:
+    """The proved part of the volume that `for which` asks about (LANGUAGE S27); None for other claims."""
+    pieces = [p for p in evidence.parts if p.kind == "piece"]
+    whole, proved = Fraction(0), Fraction(0)
+    for p in pieces:
+        sides = [Fraction(b) - Fraction(a) for a, b in _SIDE.findall(p.where)]
+        volume = prod((side for side in sides if side), start=Fraction(1))
+        whole += volume
+        proved += volume if isinstance(p.verdict, Proved) else 0
+    return proved / whole if pieces else None
 
 
 def _problem(claim: Claim, message: str) -> Diagnostic:

@@ -11,7 +11,7 @@ from haverify.analyses.hybrid.inputs import choices
 from haverify.analyses.hybrid.listing import Watched, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
 from haverify.analyses.hybrid.question import Piece, Question, follow, sides
-from haverify.analyses.hybrid.starts import points
+from haverify.analyses.hybrid.starts import Box, points
 from haverify.evidence.run import Passage, Run, Step
 from haverify.model.expression import Expr
 from haverify.obligations.constants import params_of
@@ -56,8 +56,28 @@ def by_all(question: Question) -> Run | None:
     return found
 
 
+def violated_by_all(question: Question, start: Start, box: Box) -> Run | None:
+    """A run from the middle of a box, all runs from there violating the goal after the same certain jumps."""
+    tree = follow(question, start, box, "violated")
+    point = [(low + high) / 2 for low, high in box]
+    number: int | None = 0
+    while number is not None and tree[number].is_certain:
+        found = _violating_in(question, start, point, tree, number)
+        if found is not None:
+            return found
+        following = [i for i, t in enumerate(tree) if t.parent == number]
+        is_whole = len(following) == 1 and tree[following[0]].jump is not None
+        number = following[0] if is_whole and _is_followed(tree, number) else None
+    return None
+
+
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
-    """Whether a start is certainly one: the init line and the domain hold there.
+    """Whether a start is certainly one."""
+    return certainly_admissible(question, start, tuple((q, q) for q in point))
+
+
+def certainly_admissible(question: Question, start: Start, box: Box) -> bool:
+    """Whether all of a box are starts: the init line and the domain hold there.
 
     The conditions are judged along a field that is zero, so that nothing moves.
     """
@@ -76,7 +96,6 @@ def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool
     field = still.listing([zero] * len(model.names))
     listing: ModeListing = (field, [], watched.listing(), [], [], TRUE, words, TRUE, [])
     settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
-    box = tuple((q, q) for q in point)
     (stretch,) = reach([listing], (0, sides(box), []), 1e-3, "horizon", settings, Budget(0, 1, 0))
     return bool(stretch.stages) and all(g.claim.holds for g in stretch.stages)
 
@@ -96,14 +115,24 @@ def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | Non
 def _violating(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:
     """The run up to where it certainly violates what has to hold."""
     for number, s in enumerate(tree):
-        when = s.jump.claim.violated if s.jump is not None else None
-        if not _is_followed(tree, s.parent):
-            continue
-        if when is not None:
-            return _run(question, start, point, tree, number, when, is_landing=True)
-        for g in takewhile(lambda g: g.keeps_window or g.claim.violated is not None, s.stages):
-            if g.claim.violated is not None:
-                return _run(question, start, point, tree, number, g.claim.violated, is_landing=False)
+        if _is_followed(tree, s.parent):
+            found = _violating_in(question, start, point, tree, number)
+            if found is not None:
+                return found
+    return None
+
+
+def _violating_in(
+    question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch], number: int
+) -> Run | None:
+    """The run up to where a stretch certainly violates what has to hold."""
+    s = tree[number]
+    when = s.jump.claim.violated if s.jump is not None else None
+    if when is not None:
+        return _run(question, start, point, tree, number, when, is_landing=True)
+    for g in takewhile(lambda g: g.keeps_window or g.claim.violated is not None, s.stages):
+        if g.claim.violated is not None:
+            return _run(question, start, point, tree, number, g.claim.violated, is_landing=False)
     return None
 
 

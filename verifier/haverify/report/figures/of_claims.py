@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from haverify.report.figures import flows, lanes, panels, portraits, runs
+from haverify.report.figures import flows, lanes, maps, panels, portraits, runs
 from haverify.report.figures.bands import MOST
 from haverify.report.figures.curves import clock_of, curves
 from haverify.report.figures.material import Figure, Json, Material, Undrawable
@@ -21,6 +21,8 @@ _INSTANT = re.compile(r"(?:^|, )(\w+) = (-?[\d.]+(?:e[-+]?\d+)?)")
 def of_claim(material: Material, c: Claim) -> list[Figure]:
     """The figures of one claim; none where nothing about it can be drawn."""
     claim, automaton = material.named("claims", c.name), material.named("automata", c.automaton)
+    if any(p.kind == "piece" for p in c.parts):
+        return drawn(maps.of_pieces, c)
     if material.named("systems", c.automaton) is not None:
         return drawn(lanes.of_run, c)
     if claim is None or automaton is None:
