@@ -24,7 +24,9 @@ class Flow:
     def given(self, value: Json) -> Formula:
         """A formula of a certificate about the state, its literals primitive."""
         f = replace(formula(value), primitive)
-        if not set(self.always.functions.support(n for _, p in literals(f) for n in p_names(p))) <= self.names:
+        read = {n for _, p in literals(f) for n in p_names(p)}
+        self.always.functions.of_numbers(read)
+        if not set(self.always.functions.support(read)) <= self.names:
             raise Refused("a formula about the state reads another name")
         return f
 

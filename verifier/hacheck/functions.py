@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from math import ceil, factorial, floor, isqrt
@@ -31,6 +32,7 @@ SERIES = ("sin", "cos", "exp")
 PARTIAL = ("log", "sqrt", "inv")  # where the argument is not above 0 (inv: is 0) nothing is known of them
 TERMS = 12
 _GRID = 1 << 64
+_OF_NUMBER = re.compile(r"(sin|cos|exp)\(([1-9][0-9]{0,40}(?:/[1-9][0-9]{0,40})?)\)")
 
 
 class Functions:
@@ -53,6 +55,11 @@ class Functions:
         for each in ("sin", "cos") if op in ("sin", "cos") else (op,):
             self.known[f"{each}({text})"] = (each, b)
         return scale(var(f"{op}({text})"), sign if op == "sin" else 1)
+
+    def of_numbers(self, found: Iterable[str]) -> None:
+        """Meets the functions of rationals among names, such as `cos(1/5)`, which are numbers."""
+        for told in filter(None, map(_OF_NUMBER.fullmatch, found)):
+            self.apply(told[1], const(Fraction(told[2])))
 
     def support(self, found: Iterable[str]) -> Iterator[str]:
         """The names that names stand for: themselves, or what the argument of a function is made of."""

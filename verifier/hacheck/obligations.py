@@ -157,6 +157,10 @@ class Question:
             from hacheck.invariants import shown
 
             return shown(self, entry)
+        if kind == "unmet" and aim == "reach":
+            from hacheck.unmet import shown_unmet
+
+            return shown_unmet(self, entry)
         if kind == "inevitable" and aim == "reach":
             self.same(entry, "goal", "", "")
             self._inevitable(entry)

@@ -208,6 +208,8 @@ class ClockModel:
         mode = self.automaton.modes[index]
         rates = {v: self._rate(mode, v) for v in self.reals}
         rho = next((r for r in rates.values() if r.constant is None), constant(1))
+        if not set(rho.variables) <= self.params.keys():
+            raise OutsideFragmentError(f"the rate in mode {mode.name} depends on constants that are left open")
         if rho.constant is None and range_on(rho, self.params)[0] <= 0:
             raise OutsideFragmentError(
                 f"the rate in mode {mode.name} may be zero or negative for some value of its params"

@@ -150,6 +150,8 @@ def _proposed(spec: Spec, claim: Claim, contexts: Contexts, units: int) -> Evide
         found = _decide(context, claim, units)
     except OutsideFragmentError as e:
         return _by_flows(contexts, context, claim, str(e), units)
+    if isinstance(found.verdict, Unknown) and not claim.inductive:
+        found = _by_closing(contexts, context, claim, units, False) or found
     return _by_induction(contexts, context, claim, found, units) if claim.inductive else found
 
 
@@ -202,6 +204,19 @@ def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -
     return decide_which(contexts.spec, context.automaton, claim, piece)
 
 
+def _by_closing(contexts: Contexts, context: Context, claim: Claim, units: int, is_deep: bool) -> Evidence | None:
+    """What is shown by an end of all runs, where jumps accumulate; None where that decides nothing."""
+    from haverify.analyses.induction.refute import Effort
+    from haverify.analyses.zeno.decide import decide_closing
+
+    if not context.automaton.edges or _unproved(contexts, context, claim, units) is not None:
+        return None
+    try:
+        return decide_closing(context.spec, context.automaton, claim, context.core, Effort(is_deep=is_deep))
+    except OutsideFragmentError:
+        return None
+
+
 def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
     """What an invariant shows of a claim that was not decided before."""
     if not isinstance(before.verdict, Unknown) or any(g.kind not in ("always", "can_reach") for g in claim.goals):
@@ -232,6 +247,18 @@ def _unproved(contexts: Contexts, context: Context, claim: Claim, units: int) ->
 
 
 def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
+    """What is shown by an end of all runs, and by flowpipes or an invariant; what takes less comes first."""
+    is_endless = _is_endless(claim)
+    ended = _by_closing(contexts, context, claim, units, is_endless)
+    if ended is not None:
+        return ended
+    found = _by_pipes(contexts, context, claim, reason, units)
+    if is_endless or not isinstance(found.verdict, Unknown):
+        return found
+    return _by_closing(contexts, context, claim, units, True) or found
+
+
+def _by_pipes(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What flowpipes show, or an invariant; that comes first where there is no horizon, or others are used."""
     if not claim.using and not _is_endless(claim):
         return _by_induction(contexts, context, claim, _by_flowpipe(context, claim, reason, units), units)

@@ -43,7 +43,7 @@ def grant(evidence: Evidence, answer: Answer | None, grade: Trust) -> Evidence:
 
 def _is_by_invariant(evidence: Evidence) -> bool:
     """Whether a goal is shown by an invariant, which nobody but the checker looked at twice."""
-    return any(entry.get("kind") == "invariant" for entry in (evidence.certificate or {}).get("goals", ()))
+    return any(entry.get("kind") in ("invariant", "unmet") for entry in (evidence.certificate or {}).get("goals", ()))
 
 
 def _trust(evidence: Evidence, answer: Answer | None) -> Trust:

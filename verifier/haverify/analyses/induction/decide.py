@@ -113,10 +113,10 @@ def _goal(
             return refuted
         shown = _shown(induction, shown, seconds)
     if not shown.is_proved():
-        return _open(shown, drawn), {}, _parts(shown, number)
+        return _open(shown, drawn), {}, parts_of(shown, number)
     used = _used(induction.spec, induction.claim)
-    entry = _entry(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
-    return (Proved() if induction.goal.kind == "always" else Refuted()), entry, _parts(shown, number)
+    entry = entry_of(shown, known, [c.name for c in used], [c.goals[0] for c in used], start)
+    return (Proved() if induction.goal.kind == "always" else Refuted()), entry, parts_of(shown, number)
 
 
 def _refuted(
@@ -164,7 +164,7 @@ def _start_refuting(induction: Induction, failed: set[str]) -> Start | None:
 
 def started(induction: Induction, start: Start, digest: str) -> Json:
     """The entry for a start that violates the goal."""
-    told = _start_json(induction, start)
+    told = start_of(induction, start)
     if start.jumps:
         told["jumps"] = [{"edge": k, "values": {v: rational_text(q) for v, q in chosen}} for k, chosen in start.jumps]
     return {"kind": "start", "start": told, "hash": digest}
@@ -237,7 +237,7 @@ def attempt(
     return Shown(induction, formulas, parts)
 
 
-def _start_json(induction: Induction, start: Admissible) -> Json:
+def start_of(induction: Induction, start: Admissible) -> Json:
     """A start, as certificates name it."""
     ends = {n: low for n, (low, _) in induction.params.items()}
     states = [v.name for v in induction.automaton.vars]
@@ -254,7 +254,8 @@ def _start_json(induction: Induction, start: Admissible) -> Json:
     return {"mode": start.mode, "values": {v: told[v] for v in states}, "params": known}
 
 
-def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Admissible) -> Json:
+def entry_of(shown: Shown, known: Hashes, using: list[str], used: list[Goal], start: Admissible) -> Json:
+    """The entry of a goal that an invariant shows."""
     claim, goal = shown.induction.claim, shown.induction.goal
     told = known.goal(claim, goal, used) if used else known.goal(claim, goal)
     parts = [
@@ -262,14 +263,15 @@ def _entry(shown: Shown, known: Hashes, using: list[str], used: list[Goal], star
         for ob, proof in shown.parts
     ]
     modes = None if claim.inductive else {m: formula_json(f) for m, f in shown.formulas.items()}
-    told_start = _start_json(shown.induction, start)
+    told_start = start_of(shown.induction, start)
     return {"kind": "invariant", "start": told_start, "using": using, "modes": modes, "parts": parts}
 
 
 WORDS = {"init": "holds at the start in", "edge": "kept by the jump", "flow": "kept by the flow of", "use": "claim in"}
 
 
-def _parts(shown: Shown, number: int) -> list[PartResult]:
+def parts_of(shown: Shown, number: int) -> list[PartResult]:
+    """What the report says of each part."""
     found = []
     for ob, proof in shown.parts:
         verdict: Verdict = Proved() if proof is not None else Unknown("invariant", "no proof was found")
