@@ -10,6 +10,7 @@ from typing import Any
 from tests.bench.flowpipes import Call, ends, impacts, recorded
 
 from haverify.analyses.hybrid import decide
+from haverify.analyses.induction import decide as induction
 from haverify.analyses.portfolio import contexts_of
 from haverify.analyses.portfolio import decide as decided
 from haverify.evidence.verdict import Proved, Refuted
@@ -26,7 +27,7 @@ def main() -> None:
 
     `start` is all user time before the first: Python, imports, parsing.
     """
-    assert decide.METHOD, "imported with the start"
+    assert decide.METHOD and induction.__doc__, "imported with the start"
     spec, _, _ = read(sys.argv[1])
     assert spec is not None
     start = user()

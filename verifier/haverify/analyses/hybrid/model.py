@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 
 from haverify.analyses.hybrid.conditions import members
 from haverify.analyses.hybrid.corners import without_corners
@@ -62,7 +63,11 @@ class HybridModel:
 
     def mode(self, name: str) -> int:
         """The number of a mode."""
-        return next(i for i, m in enumerate(self.modes) if m.name == name)
+        return self._numbers[name]
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {m.name: i for i, m in enumerate(self.modes)}
 
     def dwelling(self, e: Expr, number: int) -> Expr:
         """What is left of a condition during a stay in a mode."""
@@ -143,7 +148,10 @@ def _reachable(automaton: HybridAutomaton) -> Iterator[Mode]:
     found = {i.mode for i in automaton.init}
     found |= {m.name for m in automaton.modes} if None in found else set()
     for _ in automaton.modes:
-        found |= {e.target for e in automaton.edges if e.source in found}
+        more = {e.target for e in automaton.edges if e.source in found} - found
+        if not more:
+            break
+        found |= more
     return (m for m in automaton.modes if m.name in found)
 
 
