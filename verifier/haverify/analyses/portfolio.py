@@ -41,6 +41,8 @@ class Contexts:
     known: dict[str, Context] = field(default_factory=dict)
     core: Any = None
     decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
+    # Whether it is a part of the values that a claim asks for.
+    is_piece: bool = False
     # The same for systems that are put together, each a spec of its own.
     wholes: dict[str, Contexts] = field(default_factory=dict)
 
@@ -199,7 +201,7 @@ def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -
             if (n := c.name) in claim.using}  # fmt: skip
 
     def piece(spec: Spec, alone: Claim) -> Evidence:
-        return decide(spec, alone, Contexts(spec, decided=dict(used)), units)
+        return decide(spec, alone, Contexts(spec, decided=dict(used), is_piece=True), units)
 
     return decide_which(contexts.spec, context.automaton, claim, piece)
 
@@ -248,14 +250,22 @@ def _unproved(contexts: Contexts, context: Context, claim: Claim, units: int) ->
 
 def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
     """What is shown by an end of all runs, and by flowpipes or an invariant; what takes less comes first."""
-    is_endless = _is_endless(claim)
-    ended = None if claim.using else _by_closing(contexts, context, claim, units, is_endless)
+    if contexts.is_piece:
+        return _by_pipes(contexts, context, claim, reason, units)
+    is_endless, is_first = _is_endless(claim), not claim.using and _may_be_closed(claim)
+    ended = _by_closing(contexts, context, claim, units, is_endless) if is_first else None
     if ended is not None:
         return ended
     found = _by_pipes(contexts, context, claim, reason, units)
-    if (is_endless and not claim.using) or not isinstance(found.verdict, Unknown):
+    if (is_endless and is_first) or not isinstance(found.verdict, Unknown):
         return found
     return _by_closing(contexts, context, claim, units, True) or found
+
+
+def _may_be_closed(claim: Claim) -> bool:
+    """Whether the author expects what an end of all runs can show: that something always holds, or is never met."""
+    expected = claim.expect.verdict if claim.expect is not None else "proved"
+    return all((g.kind == "always") == (expected == "proved") for g in claim.goals)
 
 
 def _by_pipes(contexts: Contexts, context: Context, claim: Claim, reason: str, units: int) -> Evidence:
