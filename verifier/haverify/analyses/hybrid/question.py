@@ -36,6 +36,7 @@ Q = Fraction
 STEPS = 4000
 STRETCHES = 400
 CUTS = 6
+RECORDED = 4  # times the stretches of a proof that its record may have: it is not to take much longer
 LAPS, RETURNS = 600, 60  # steps and stretches after which sets do not seem to return
 LOOKS = 32  # what is looked at is at most this part of the horizon
 DRIVEN = 8  # times as many steps where inputs drive the flow: what they do in a step is taken as a box
@@ -162,7 +163,9 @@ def follow_record(question: Question, piece: Piece, until: Q) -> list[RecordedSt
     """The polynomials of the same tree; where there are jumps, a little beyond an instant, and without cuts."""
     if not question.model.jumps and until == question.asked.last:
         return recorded(_tree(question, piece.start, piece.box, piece.is_finer)[0])
-    budget, settings = replace(_budget(question), cuts=0), recorded_settings(question, piece, until)
+    most = RECORDED * len(piece.tree) or STRETCHES
+    budget = replace(_budget(question), stretches=most, cuts=0)
+    settings = recorded_settings(question, piece, until)
     return recorded(_grown(question, piece.start, piece.box, _beyond(until), settings, budget)[0])
 
 
