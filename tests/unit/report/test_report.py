@@ -109,6 +109,12 @@ def test_what_is_proved_as_expected_takes_one_line() -> None:
     assert text.count("knee_range") == 1
 
 
+def test_the_notes_of_a_proved_claim_are_shown_where_it_is_asked_for_alone() -> None:
+    known = {"verdict": "proved", "ok": True, "parts": [], "problems": [], "notes": ["period 6.66"]}
+    assert "  note: period 6.66" in summary(example(example_claim(**known)))
+    assert "period" not in summary(example(example_claim(**known), example_claim(name="other", **known)))
+
+
 def test_what_is_refuted_as_expected_names_each_part_in_two_lines() -> None:
     text = summary(example(example_claim(expected="refuted", ok=True, because="as printed", problems=[])))
     _, _, details, _ = text.split("\n\n")

@@ -27,7 +27,8 @@ def summary(report: Report, colour: bool = False) -> str:
     """What one spec's report says, for people."""
     head = f'{report.spec}: "{report.title}"' if report.title else report.spec
     blocks = [head, *([_table(report.claims, colour)] if report.claims else [])]
-    blocks += [text for claim in report.claims if (text := details(claim))]
+    alone = len(report.claims) == 1
+    blocks += [text for claim in report.claims if (text := details(claim, alone))]
     blocks += [unrecorded.advice(report)] if any(map(unrecorded.is_so, report.claims)) else []
     return "\n\n".join([*blocks, _counts(report)]) + "\n"
 
@@ -76,10 +77,13 @@ def _margin(m: Margin | None) -> str:
     return f"margin {with_unit(m)}{at}"
 
 
-def details(c: Claim) -> str:
-    """What there is to say beyond the line in the table; nothing for a claim that is proved as expected."""
+def details(c: Claim, is_alone: bool = False) -> str:
+    """What there is to say beyond the line in the table; of a claim that is proved as expected only if it is alone."""
+    if c.ok and c.verdict == "proved":
+        notes = _notes(c) if is_alone else []
+        return "\n".join([f"{c.name}:", *notes]) if notes else ""
     if c.ok:
-        return "" if c.verdict == "proved" else _as_expected(c)
+        return _as_expected(c)
     bad = [p for p in c.parts if p.verdict == "refuted"]
     place = f" ({c.path}:{c.line})" if c.path else ""
     lines = [f"{c.name}{place}: {c.verdict}, expected {c.expected}"]
