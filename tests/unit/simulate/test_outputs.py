@@ -114,7 +114,7 @@ def test_the_modes_of_a_system_are_those_of_all_parts(tmp_path: Path, capsys: py
     spec, out = tmp_path / "rooms.ha", tmp_path / "out.svg"
     spec.write_text(ROOMS)
     assert main(["simulate", str(spec), "-a", "House", "--kind", "modes", "--plot", str(out)]) == 0
-    assert "Off | On" in out.read_text()
+    assert "one.Off, two.On" in out.read_text()
     assert main(["simulate", str(spec)]) == 2
     assert "the input `beside` is bound by nothing here; try -a House" in capsys.readouterr().err
 
