@@ -6,6 +6,7 @@ import gc
 from collections.abc import Iterator
 
 import pytest
+
 from hacheck.rational import Meter
 
 WORK = Meter.left
