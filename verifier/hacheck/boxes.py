@@ -46,17 +46,27 @@ def _within(scope: Scope, w: Json) -> tuple[Fraction, Fraction]:
 
 
 def _tree(claim: Json, tree: Json, setting: Setting, box: Box, found: list[tuple[str, str, str]]) -> None:
+    where = ", ".join(f"{n} in [{low}, {high}]" for n, (low, high) in box.items())
+    if len(found) >= MOST:
+        raise Beyond("very many pieces")
+    if isinstance(tree, list) and tree[0] == "at":
+        _, values, leaf = tree
+        at = {n: number(q) for n, q in values.items()}
+        if at.keys() != box.keys() or not all(low <= at[n] <= high for n, (low, high) in box.items()):
+            raise Refused("a point is not in its piece")
+        point = ", ".join(f"{n} = {at[n]}" for n in box)
+        found += [(where, "", "unknown"), (point, "", _piece(claim, leaf, setting, {n: (q, q) for n, q in at.items()}))]
+        if found[-1][2] != "refuted":
+            raise Refused("at a point of a piece the claim is not refuted")
+        return
     if isinstance(tree, list):
-        word, name, at, low, high = tree
-        q = number(at)
+        word, name, cut, low, high = tree
+        q = number(cut)
         if word != "split" or name not in box or not box[name][0] < q < box[name][1]:
             raise Refused("a cut is not inside of its piece")
         _tree(claim, low, setting, {**box, name: (box[name][0], q)}, found)
         _tree(claim, high, setting, {**box, name: (q, box[name][1])}, found)
         return
-    if len(found) == MOST:
-        raise Beyond("very many pieces")
-    where = ", ".join(f"{n} in [{low}, {high}]" for n, (low, high) in box.items())
     found.append((where, "", "unknown" if tree is None else _piece(claim, tree, setting, box)))
 
 

@@ -11,8 +11,10 @@ from fractions import Fraction
 from itertools import product
 
 from haverify.analyses.hybrid.everywhere import refuted_everywhere
+from haverify.analyses.induction.pieces import everywhere
+from haverify.analyses.patience import OutOfTimeError
 from haverify.evidence.evidence import Evidence
-from haverify.evidence.verdict import Proved, Unknown, Verdict
+from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton, Param, Range
@@ -23,6 +25,7 @@ Q = Fraction
 Ends = tuple[tuple[Q, Q], ...]
 Decide = Callable[[Spec, Claim], Evidence]
 MOST = 64  # boxes
+LEAST = Q(1, 10**6)  # of the whole: smaller boxes are not cut
 
 
 @record
@@ -31,6 +34,14 @@ class Box:
 
     ends: Ends
     shown: Evidence | None = None
+
+
+@record
+class Point:
+    """Values of the params that are asked for, and what is shown of them."""
+
+    at: tuple[Q, ...]
+    shown: Evidence
 
 
 @record
@@ -54,6 +65,8 @@ class Map:
     decide: Decide
     known: dict[Ends, Evidence] = field(default_factory=dict)
     boxes: int = 1
+    # Whether the time allowed was over before all was tried.
+    is_late: bool = False
 
     def at(self, ends: Ends) -> Evidence:
         """What is decided where the ranges of the params are these."""
@@ -70,37 +83,54 @@ class Map:
         return spec
 
     def tree(self, ends: Ends) -> Cut | Box:
-        """The box cut until each piece is shown, or there are many."""
-        leaves: list[Ends] = [ends]
+        """The box cut until each piece is shown, or there are many, or the time allowed is over."""
         done: dict[Ends, Evidence | None] = {}
         cuts: dict[Ends, tuple[int, Q]] = {}
-        whole = ends
+        try:
+            self._cut(ends, cuts, done)
+        except OutOfTimeError:
+            self.is_late = True
+        return _joined(ends, cuts, done)
+
+    def _cut(self, whole: Ends, cuts: dict[Ends, tuple[int, Q]], done: dict[Ends, Evidence | None]) -> None:
+        leaves = [whole]
         while leaves:
             leaves.sort(key=lambda b: -_share(b, whole))
             box = leaves.pop(0)
             shown = self.shown(box)
-            if shown is not None or self.boxes >= MOST or not _is_wide(box):
+            if shown is not None or self.boxes >= MOST or not _is_large(box, whole):
                 done[box] = shown
                 continue
-            place, at = cuts[box] = _widest(box, whole)
-            leaves += list(_halves(box, place, at))
+            cuts[box] = _widest(box, whole)
+            leaves += list(_halves(box, *cuts[box]))
             self.boxes += 1
-        return _joined(whole, cuts, done)
 
     def shown(self, box: Ends) -> Evidence | None:
         """What is shown of all of a box, which its corners and middle agree about."""
-        points = [*product(*box), tuple((low + high) / 2 for low, high in box)]
         words: set[type[Verdict]] = set()
-        for p in points:
-            words.add(type(self.at(tuple((q, q) for q in p)).verdict))
+        for p in _points(box):
+            words.add(type(self.at(p).verdict))
             if len(words) > 1 or Unknown in words:
                 return None
         if words == {Proved}:
             found = self.at(box)
             return found if isinstance(found.verdict, Proved) else None
-        spec = self.narrowed(box)
+        return self.refuted(box)
+
+    def refuted(self, ends: Ends) -> Evidence | None:
+        """Whether the claim is false for all values in a box."""
+        spec, alone = self.narrowed(ends), replace(self.claim, which=())
         automaton = next(a for a in spec.automata if a.name == self.automaton.name)
-        return refuted_everywhere(spec, automaton, replace(self.claim, which=()), self.names)
+        wide = [n for n, (low, high) in zip(self.names, ends, strict=True) if low < high]
+        by_start = everywhere(spec, automaton, alone, wide[0]) if len(wide) == 1 else None
+        return by_start or refuted_everywhere(spec, automaton, alone, self.names)
+
+    def counterexample(self, ends: Ends, told: Sequence[Ends]) -> Point | None:
+        """A point of a box and of no others, if may be its middle or a corner, at which the claim was refuted."""
+        wrong = [p for p, e in self.known.items() if isinstance(e.verdict, Refuted) and e.certificate is not None]
+        fresh = [p for p in wrong if _is_point_of(p, ends) and not any(_is_point_of(p, other) for other in told)]
+        found = next((p for p in (*_points(ends), *fresh) if p in fresh), None)
+        return None if found is None else Point(tuple(q for q, _ in found), self.known[found])
 
 
 def narrowed(spec: Spec, automaton: HybridAutomaton, name: str, low: Q, high: Q) -> Spec:
@@ -121,6 +151,16 @@ def leaves(tree: Cut | Box) -> list[Box]:
     return [tree] if isinstance(tree, Box) else [*leaves(tree.low), *leaves(tree.high)]
 
 
+def _points(box: Ends) -> list[Ends]:
+    """The middle and the corners of a box, as boxes."""
+    points = dict.fromkeys([tuple((low + high) / 2 for low, high in box), *product(*box)])
+    return [tuple((q, q) for q in p) for p in points]
+
+
+def _is_point_of(p: Ends, box: Ends) -> bool:
+    return all(low <= a == b <= high for (a, b), (low, high) in zip(p, box, strict=True))
+
+
 def _share(box: Ends, whole: Ends) -> Q:
     found = Q(1)
     for (low, high), (first, last) in zip(box, whole, strict=True):
@@ -128,8 +168,8 @@ def _share(box: Ends, whole: Ends) -> Q:
     return found
 
 
-def _is_wide(box: Ends) -> bool:
-    return any(low < high for low, high in box)
+def _is_large(box: Ends, whole: Ends) -> bool:
+    return any(low < high for low, high in box) and _share(box, whole) >= LEAST
 
 
 def _widest(box: Ends, whole: Ends) -> tuple[int, Q]:
@@ -145,7 +185,7 @@ def _halves(box: Ends, place: int, at: Q) -> Sequence[Ends]:
 
 def _joined(box: Ends, cuts: dict[Ends, tuple[int, Q]], done: dict[Ends, Evidence | None]) -> Cut | Box:
     if box not in cuts:
-        return Box(box, done[box])
+        return Box(box, done.get(box))
     place, at = cuts[box]
     low, high = (_joined(half, cuts, done) for half in _halves(box, place, at))
     return Cut(place, at, low, high)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 from haverify.analyses.hybrid.inputs import choices
 from haverify.analyses.hybrid.listing import listings
 from haverify.analyses.hybrid.model import hybrid_model
 from haverify.analyses.hybrid.question import Question, question_of
-from haverify.analyses.hybrid.runs import certainly_admissible, violated_by_all
+from haverify.analyses.hybrid.runs import certainly_admissible, never_met_by_all, violated_by_all
 from haverify.evidence.certificate import certificate, run_json
 from haverify.evidence.evidence import Evidence, PartResult
+from haverify.evidence.run import Run
 from haverify.evidence.verdict import Refuted
 from haverify.model.claim import Claim
 from haverify.model.hybrid import HybridAutomaton
@@ -21,22 +23,32 @@ from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import replace
 
 Q = Fraction
+Json = Any
 METHOD = "taylor-reach"
+WAYS = {
+    "always": (violated_by_all, "violated for all values"),
+    "reach": (never_met_by_all, "never met for all values"),
+}
 
 
 def refuted_everywhere(spec: Spec, automaton: HybridAutomaton, claim: Claim, names: Sequence[str]) -> Evidence | None:
-    """The refutation of a claim for all values of some params, from the middle of all else; None where it is none."""
-    goals = [g.condition for g in claim.goals]
-    if len(goals) != 1 or claim.using:
+    """The refutation of a claim for all values of some params, from the middle of all else; None where it is none.
+
+    One of its goals is violated for all of them: at an instant, or by never being met.
+    """
+    if claim.using:
         return None
+    conditions = [g.condition for g in claim.goals]
     try:
-        question = question_of(hybrid_model(spec, automaton, goals, claim.assume), claim, claim.goals[0])
+        model = hybrid_model(spec, automaton, conditions, claim.assume)
+        questions = [question_of(model, claim, g) for g in claim.goals]
     except OutsideFragmentError:
         return None
-    return _refuted(question, names) if question.asked.kind == "always" else None
+    asked = (_refuted(q, k, names) for k, q in enumerate(questions) if q.asked.kind in WAYS)
+    return next((found for found in asked if found is not None), None)
 
 
-def _refuted(question: Question, names: Sequence[str]) -> Evidence | None:
+def _refuted(question: Question, number: int, names: Sequence[str]) -> Evidence | None:
     model = question.model
     chosen = next(choices(model), None)
     if chosen is None:
@@ -48,13 +60,18 @@ def _refuted(question: Question, names: Sequence[str]) -> Evidence | None:
             ends if n in names else ((ends[0] + ends[1]) / 2,) * 2
             for n, ends in zip(model.names, start.box, strict=True)
         )
-        found = violated_by_all(driven, start, box) if certainly_admissible(driven, start, box) else None
-        if found is None:
-            continue
-        known = hashes(model.spec, model.automaton)
-        where = model.places[start.mode].mode
-        digest = known.part(known.goal(question.claim, question.claim.goals[0]), "flow", where, "")
-        entry = {"kind": "flow_run", "run": run_json(found), "hash": digest}
-        part = PartResult(0, "flow", where, "", "violated for all values", Refuted(), found)
-        return Evidence(Refuted(), (part,), METHOD, certificate(question.claim.name, "refuted", [entry], None))
+        way, text = WAYS[question.asked.kind]
+        found = way(driven, start, box) if certainly_admissible(driven, start, box) else None
+        if found is not None:
+            return _told(question, number, model.places[start.mode].mode, found, text)
     return None
+
+
+def _told(question: Question, number: int, mode: str, run: Run, text: str) -> Evidence:
+    claim = question.claim
+    known = hashes(question.model.spec, question.model.automaton)
+    digest = known.part(known.goal(claim, claim.goals[number]), "flow", mode, "")
+    entries: list[Json] = [{} for _ in claim.goals]
+    entries[number] = {"kind": "flow_run", "run": run_json(run), "hash": digest}
+    part = PartResult(number, "flow", mode, "", text, Refuted(), run)
+    return Evidence(Refuted(), (part,), METHOD, certificate(claim.name, "refuted", entries, None))

@@ -65,10 +65,33 @@ def violated_by_all(question: Question, start: Start, box: Box) -> Run | None:
         found = _violating_in(question, start, point, tree, number)
         if found is not None:
             return found
-        following = [i for i, t in enumerate(tree) if t.parent == number]
-        is_whole = len(following) == 1 and tree[following[0]].jump is not None
-        number = following[0] if is_whole and _is_followed(tree, number) else None
+        number = _only_next(tree, number) if _is_followed(tree, number) else None
     return None
+
+
+def never_met_by_all(question: Question, start: Start, box: Box) -> Run | None:
+    """A run from the middle of a box, all runs from there going past the bound without ever meeting the goal."""
+    tree = follow(question, start, box, "met")
+    point = [(low + high) / 2 for low, high in box]
+    number: int | None = 0
+    while number is not None and _certainly_fails(tree[number]):
+        if tree[number].end == "horizon" and all(t.parent != number for t in tree):
+            last = tree[number].stages[-1].time
+            return _run(question, start, point, tree, number, last, is_landing=False)
+        number = _only_next(tree, number)
+    return None
+
+
+def _only_next(tree: Sequence[Stretch], number: int) -> int | None:
+    """The stretch that all runs of one jump to; None where they part, or are cut."""
+    following = [i for i, t in enumerate(tree) if t.parent == number]
+    return following[0] if len(following) == 1 and tree[following[0]].jump is not None else None
+
+
+def _certainly_fails(s: Stretch) -> bool:
+    """Whether all runs of a stretch exist, stay in the declared ranges and never meet the goal."""
+    landed = s.jump is None or s.jump.claim.fails
+    return s.is_certain and landed and all(g.claim.fails and g.keeps_window for g in s.stages)
 
 
 def _is_admissible(question: Question, start: Start, point: Sequence[Q]) -> bool:
@@ -150,8 +173,7 @@ def _never_met(question: Question, start: Start, point: Sequence[Q], tree: Seque
     number = 0
     while True:
         s = tree[number]
-        landed = s.jump is None or s.jump.claim.fails
-        if not (s.is_certain and landed and all(g.claim.fails and g.keeps_window for g in s.stages)):
+        if not _certainly_fails(s):
             return None
         if s.end == "horizon":
             last = s.stages[-1].time

@@ -12,8 +12,10 @@ from haverify.report.report import Claim, Part
 
 WIDTH, SIDE, LEFT, TOP, BAR = 680.0, 264.0, 70.0, 14.0, 40.0
 KINDS = {"proved": "piece proved", "refuted": "piece refuted", "unknown": "piece"}
+POINT = "piece refuted point"
 SAID = {"proved": "proved", "refuted": "refuted", "unknown": "left open"}
 _SIDE = re.compile(r"([^,\s]+) in \[(-?\d+(?:/\d+)?), (-?\d+(?:/\d+)?)\]")
+_VALUE = re.compile(r"([^,\s]+) = (-?\d+(?:/\d+)?)")
 Ends = tuple[float, float]
 
 
@@ -35,15 +37,21 @@ def of_pieces(c: Claim) -> Figure:
         raise Undrawable
     height = SIDE if len(names) == 2 else BAR
     parts = [_box(word, [b[n] for n in names], ends, height) for word, b in boxes]
+    points = [_values(p) for p in c.parts if p.kind == "point"]
+    parts += [_point([q[n] for n in names], ends, height) for q in points]
     parts += [svg.rect(LEFT, TOP, SIDE, height, "frame"), *_scales(names, ends, height)]
-    parts += _legend(boxes, ends)
+    parts += _legend(boxes, ends, len(points))
     title = f"{c.name}: where it holds"
-    said = f"over {' and '.join(names)}; each piece is shown as a whole"
+    said = f"over {' and '.join(names)}; each piece is shown as a whole{', each dot by a run' if points else ''}"
     return Figure(f"pieces_{c.name}", title, said, svg.drawing(WIDTH, TOP + height + 46, parts, title), c.name)
 
 
 def _sides(p: Part) -> dict[str, Ends]:
     return {n: (float(Fraction(a)), float(Fraction(b))) for n, a, b in _SIDE.findall(p.mode)}
+
+
+def _values(p: Part) -> dict[str, float]:
+    return {n: float(Fraction(q)) for n, q in _VALUE.findall(p.mode)}
 
 
 def _place(ends: Ends, size: float, x: float) -> float:
@@ -54,6 +62,11 @@ def _box(word: str, box: Sequence[Ends], ends: Sequence[Ends], height: float) ->
     left, right = (_place(ends[0], SIDE, x) for x in box[0])
     low, high = (_place(ends[1], height, y) for y in box[1]) if len(box) > 1 else (0.0, height)
     return svg.rect(LEFT + left, TOP + height - high, right - left, high - low, KINDS[word])
+
+
+def _point(values: Sequence[float], ends: Sequence[Ends], height: float) -> str:
+    up = _place(ends[1], height, values[1]) if len(values) > 1 else height / 2
+    return svg.circle((LEFT + _place(ends[0], SIDE, values[0]), TOP + height - up), 3, POINT)
 
 
 def _scales(names: Sequence[str], ends: Sequence[Ends], height: float) -> list[str]:
@@ -69,8 +82,8 @@ def _scales(names: Sequence[str], ends: Sequence[Ends], height: float) -> list[s
     return parts
 
 
-def _legend(boxes: Sequence[tuple[str, dict[str, Ends]]], ends: Sequence[Ends]) -> list[str]:
-    """Each verdict with its share of the whole."""
+def _legend(boxes: Sequence[tuple[str, dict[str, Ends]]], ends: Sequence[Ends], points: int) -> list[str]:
+    """Each verdict with its share of the whole, and how many points are refuted beside."""
     parts, y = [], TOP + 12.0
     for word, kind in KINDS.items():
         share = sum(_share(list(b.values()), ends) for w, b in boxes if w == word)
@@ -78,6 +91,9 @@ def _legend(boxes: Sequence[tuple[str, dict[str, Ends]]], ends: Sequence[Ends]) 
             parts.append(svg.rect(LEFT + SIDE + 40, y - 10, 14, 12, kind))
             parts.append(svg.label(LEFT + SIDE + 62, y, f"{SAID[word]}: {100 * share:.3g} %"))
             y += 22
+    if points:
+        parts.append(svg.circle((LEFT + SIDE + 47, y - 4), 3, POINT))
+        parts.append(svg.label(LEFT + SIDE + 62, y, f"refuted at {points} point{'s' * (points > 1)}"))
     return parts
 
 
