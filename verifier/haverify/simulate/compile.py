@@ -21,6 +21,7 @@ _PLAIN = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
 _PAIRS = {"sin": ("sin", "cos"), "sinh": ("sinh", "cosh"), "tanh": ("tanh", "sech2")}
 _PARTNERS = {"cos": "sin", "cosh": "sinh"}
 _HIGHEST_POWER = 64
+_BRIEF = {"num", "var", "param", "input", "time", "sym", "let", "const", *APPLIED}  # hashed in no time
 
 
 @holder
@@ -40,7 +41,7 @@ class Code:
     operations: list[Operation] = field(default_factory=list)
     conditions: list[Words] = field(default_factory=list)
     _known: dict[object, int] = field(default_factory=dict)
-    _open: set[Expr] = field(default_factory=set)
+    _kept: list[Expr] = field(default_factory=list)  # known by their id, which no other may have
 
     def value(self, e: Expr) -> int:
         """The register of a number; a truth value counts as 0 or 1.
@@ -49,12 +50,14 @@ class Code:
         ------
         OutsideFragmentError    if the simulator has no operation for it
         """
-        if e not in self._known:
+        key = e if e.op in _BRIEF else id(e)
+        if key not in self._known:
             if self.is_truth(e):
-                self._known[e] = self._chosen(self.words(e), number(1), number(0))
+                self._known[key] = self._chosen(self.words(e), number(1), number(0))
             else:
-                self._known[e] = self._value(e)
-        return self._known[e]
+                self._known[key] = self._value(e)
+            self._kept.append(e)
+        return self._known[key]
 
     def _value(self, e: Expr) -> int:
         if e.op == "num":

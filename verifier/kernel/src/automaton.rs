@@ -1,7 +1,7 @@
 //! A hybrid automaton as runs follow it: for each mode its program, domain and edges, in floats.
 
 use crate::condition::Condition;
-use crate::dense::{atoms, Op, Program};
+use crate::program::{atoms, Op, Program};
 
 /// The value of a variable after a jump, from registers of the source mode.
 #[derive(Debug, Clone, Copy, PartialEq)]

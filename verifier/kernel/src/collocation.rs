@@ -2,9 +2,10 @@
 //! of the step among them. Nothing rests on them: what they miss is bounded afterwards (`stiff`).
 
 use crate::chebyshev::MOST;
+use crate::duals::jacobian;
 use crate::fault::Fault;
 use crate::interval::Interval;
-use crate::series::{jacobian, values, IntervalRing, Op, Tape};
+use crate::series::{values, IntervalRing, Op, Tape};
 
 /// Rounds of Newton's method, and how much nearer each has to come for the slopes of the field to be kept.
 const ROUNDS: usize = 10;

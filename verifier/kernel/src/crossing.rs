@@ -4,11 +4,12 @@
 //! one sign. Newton's iteration in polynomials gives `tau(z)`; how far it is from the true instant follows from the mean
 //! value theorem: the greatest `|g(x(tau(z), z))|`, errors of the flow included, over the least `|g'|` on the way.
 
+use crate::duals::jacobian;
 use crate::fault::Fault;
 use crate::flowpipe::{Flow, Step};
 use crate::interval::{Enclosure, Interval};
 use crate::models::{raised, Model, Space};
-use crate::series::{jacobian, values, Function, IntervalRing, Ring, Tape};
+use crate::series::{values, Function, IntervalRing, Ring, Tape};
 
 /// A transversal crossing of a whole set.
 pub(crate) struct Crossing {

@@ -1,7 +1,8 @@
 //! What happens on one step: where the signs of the watched quantities change, and what that does to conditions.
 
 use crate::automaton::Mode;
-use crate::dense::{at, rounding, sign, Jets};
+use crate::dense::{at, rounding, Jets};
+use crate::program::sign;
 use crate::roots::roots;
 
 const TOUCH: f64 = 1e-14; // of the magnitude of a series counts as zero at a touch

@@ -2,10 +2,11 @@
 //!
 //! `f(x, u) = f(x, m) + d` with `|d| <= |df/du (x, u')| |u - m|` for some `u'` between `u` and `m`, by the mean value theorem.
 
+use crate::duals::jacobian;
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::models::raised;
-use crate::series::{jacobian, Op, Ring, Tape};
+use crate::series::{Op, Ring, Tape};
 
 /// A field over the state and inputs after it, and the ranges of these.
 #[derive(Debug, Clone, PartialEq)]

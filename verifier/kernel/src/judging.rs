@@ -1,12 +1,13 @@
 //! What a step shows of the claim and of the window, by parts of it.
 
 use crate::condition::Comparison;
+use crate::duals::jacobian;
 use crate::fault::Fault;
 use crate::flowpipe::Step;
 use crate::hybrid::{Judgement, Mode, Segment, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
-use crate::series::{jacobian, values, IntervalRing, Op, Ring, Tape};
+use crate::series::{values, IntervalRing, Op, Ring, Tape};
 use crate::walk::{before, judged, Clock, Walk};
 use std::ops::Add;
 

@@ -4,7 +4,8 @@
 //! the edges that were enabled on the way. Runs are plain simulations: they prove nothing.
 
 use crate::automaton::{Automaton, Mode, Reset};
-use crate::dense::{at, rounding, sign, truth, Jets};
+use crate::dense::{at, rounding, Jets};
+use crate::program::{sign, truth};
 use crate::runs::{End, Jump, Piece, Plan, Policy, Run};
 use crate::zeno::{accumulation, Accumulation};
 

@@ -3,7 +3,8 @@
 use crate::automaton::{Automaton, Edge, Mode, Reset};
 use crate::chance::Chance;
 use crate::condition::Condition;
-use crate::dense::{at, Jets, Op, Program};
+use crate::dense::{at, Jets};
+use crate::program::{Op, Program};
 use crate::python::{condition, Words};
 use crate::robustness::{robustness, Formula};
 use crate::runs::{End, Plan, Policy, Run, Write};

@@ -1,8 +1,9 @@
 //! One step of a run: how far the series of the flow reach, what domain and guards make of it, where it ends.
 
 use crate::automaton::Mode;
-use crate::dense::{at, rounding, truth};
+use crate::dense::{at, rounding};
 use crate::events::{Part, Signs};
+use crate::program::truth;
 use crate::runs::{End, Piece, Policy};
 use crate::simulate::{Opening, Runner, Stop};
 

@@ -1,7 +1,8 @@
 //! How long a step may be (A. Jorba, M. Zou, A software package for the numerical integration of ODEs, 2005).
 
 use crate::automaton::Mode;
-use crate::dense::{Jets, Op, Program};
+use crate::dense::Jets;
+use crate::program::{Op, Program};
 
 const FLOOR: f64 = 1e-12; // a state nearer to zero does not ask for shorter steps
 const NEAR: f64 = 1e3; // steps to a zero

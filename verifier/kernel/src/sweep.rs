@@ -5,11 +5,12 @@
 //! register depends; places that are zero cost nothing.
 
 use crate::arena::{Arena, Product};
+use crate::duals::derivative;
 use crate::fault::Fault;
 use crate::interval::{Enclosure, Interval};
 use crate::models::{Model, Space};
 use crate::rules::{dependence, Compiled, Factor, Rule};
-use crate::series::{derivative, Ring, Tape};
+use crate::series::{Ring, Tape};
 use std::ops::{Div, Neg};
 use std::sync::Arc;
 
@@ -330,7 +331,8 @@ fn one_over(k: usize) -> Enclosure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::series::{jacobian, solution, variations, Op};
+    use crate::duals::{jacobian, variations};
+    use crate::series::{solution, Op};
 
     struct Numbers(u64);
 

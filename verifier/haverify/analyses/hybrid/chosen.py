@@ -12,7 +12,7 @@ from itertools import combinations, pairwise
 
 from haverify.analyses.fuzzy_systems import Systems
 from haverify.analyses.hybrid.expansion import both
-from haverify.analyses.regions import Node, linear, named, value_at
+from haverify.analyses.regions import Node, Place, linear, named
 from haverify.model.expression import TRUE, Expr, nodes
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
@@ -66,11 +66,23 @@ def _input(name: str, x: Expr, variable: str, values: Values) -> Node:
         raise OutsideFragmentError(f"an input of {name} that is neither a variable nor a number") from None
 
 
+class _Points(dict[Q, Place]):
+    """Numbers at values of the variable, each computed once."""
+
+    def __init__(self, variable: str) -> None:
+        self.variable = variable
+
+    def __missing__(self, x: Q) -> Place:
+        self[x] = Place({self.variable: x})
+        return self[x]
+
+
 def _pieces(variable: str, strengths: Sequence[Node], terms: Sequence[str], low: Q, high: Q) -> Iterator[Piece]:
-    cuts = _cuts(variable, strengths, low, high)
+    at = _Points(variable)
+    cuts = _cuts(at, strengths, low, high)
 
     def chosen(x: Q) -> str:
-        found = [value_at(s, {variable: x}) for s in strengths]
+        found = [at[x].value(s) for s in strengths]
         if max(found) <= 0:
             raise OutsideFragmentError(f"no rule fires where {variable} is {x}")
         return terms[found.index(max(found))]
@@ -81,19 +93,19 @@ def _pieces(variable: str, strengths: Sequence[Node], terms: Sequence[str], low:
         yield Piece(b, b, True, True, chosen(b))
 
 
-def _cuts(variable: str, strengths: Sequence[Node], low: Q, high: Q) -> list[Q]:
+def _cuts(at: _Points, strengths: Sequence[Node], low: Q, high: Q) -> list[Q]:
     """Numbers between which all strengths, and all numbers they are made of, are linear and keep their order."""
     made = list(dict.fromkeys(n for s in strengths for n in _inner(s)))
     cuts = [low, high] if low < high else [low]
     for n in made:
         compared = [*_parts(n)]
         for a, b in pairwise(list(cuts)):
-            cuts += [x for f, g in combinations(compared, 2) if (x := _equal(variable, f, g, a, b)) is not None]
+            cuts += [x for f, g in combinations(compared, 2) if (x := _equal(at, f, g, a, b)) is not None]
         cuts = sorted(set(cuts))
         if len(cuts) > MOST_PIECES:
             raise OutsideFragmentError("a fuzzy system with too many corners")
     for a, b in pairwise(list(cuts)):
-        cuts += [x for f, g in combinations(strengths, 2) if (x := _equal(variable, f, g, a, b)) is not None]
+        cuts += [x for f, g in combinations(strengths, 2) if (x := _equal(at, f, g, a, b)) is not None]
     return sorted(set(cuts))
 
 
@@ -116,10 +128,10 @@ def _parts(n: Node) -> list[Node]:
     return list(n.parts)
 
 
-def _equal(variable: str, f: Node, g: Node, a: Q, b: Q) -> Q | None:
+def _equal(at: _Points, f: Node, g: Node, a: Q, b: Q) -> Q | None:
     """Where two numbers that are linear between two ends are equal in between, if that is one point."""
     thirds = [(2 * a + b) / 3, (a + 2 * b) / 3]
-    first, second = (value_at(f, {variable: x}) - value_at(g, {variable: x}) for x in thirds)
+    first, second = (at[x].value(f) - at[x].value(g) for x in thirds)
     if first == second:
         return None
     x = thirds[0] + first * (thirds[1] - thirds[0]) / (first - second)

@@ -16,7 +16,7 @@ from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
 from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.margin import margin
-from haverify.analyses.hybrid.model import Start, hybrid_model
+from haverify.analyses.hybrid.model import Start, hybrid_model, written_out
 from haverify.analyses.hybrid.prove import proved_at_once, proved_by, undecided
 from haverify.analyses.hybrid.question import Question, question_of
 from haverify.analyses.hybrid.record import proof_record, record_name, run_record
@@ -54,8 +54,9 @@ def decide_flow(
     if claim.inductive:
         raise OutsideFragmentError("invariants of flows need a proof of induction, which flowpipes are not")
     used = [g.condition for c in spec.claims if c.name in claim.using for g in c.goals]
-    model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used)
     shared = Trees() if trees is None else trees
+    written = shared.written(automaton, lambda: written_out(spec, automaton))
+    model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used, written)
     model.compiled = shared.compiled
     questions = [question_of(model, claim, goal) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]

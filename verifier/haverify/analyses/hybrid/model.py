@@ -9,7 +9,7 @@ from functools import cached_property
 from haverify.analyses.hybrid.conditions import members
 from haverify.analyses.hybrid.corners import without_corners
 from haverify.analyses.hybrid.discrete import without_discrete
-from haverify.analyses.hybrid.expansion import Place, dwelling, landing
+from haverify.analyses.hybrid.expansion import Expanded, Place, dwelling, landing
 from haverify.analyses.hybrid.starts import Box, NoStartError, contracted, keeps, start_box
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import HybridAutomaton, Mode, Range
@@ -104,24 +104,37 @@ class HybridModel:
         return any(e.source in names for e in self.automaton.edges)
 
 
+def written_out(spec: Spec, automaton: HybridAutomaton) -> Expanded:
+    """The automaton without discrete variables and corners.
+
+    Raises
+    ------
+    OutsideFragmentError    if it has priorities, or is not to be written out so
+    """
+    if automaton.priorities:
+        raise OutsideFragmentError("priorities beside a flow that is not clock-driven")
+    return without_corners(without_discrete(spec, automaton), values_of(spec, automaton))
+
+
 def hybrid_model(
     spec: Spec,
     automaton: HybridAutomaton,
     asked: Sequence[Expr],
     assumed: Iterable[Expr] = (),
     used: Iterable[Expr] = (),
+    written: Expanded | None = None,
 ) -> HybridModel:
     """The automaton with all that it and the conditions `asked`, `assumed` and `used` read.
+
+    `written` is what `written_out` makes of it, where that is known.
 
     Raises
     ------
     OutsideFragmentError    if it has priorities, or is not to be written out without discrete variables and corners
     """
-    if automaton.priorities:
-        raise OutsideFragmentError("priorities beside a flow that is not clock-driven")
     values = values_of(spec, automaton)
-    found = without_corners(without_discrete(spec, automaton), values)
-    written, automaton = automaton, found.automaton
+    found = written_out(spec, automaton) if written is None else written
+    given, automaton = automaton, found.automaton
     modes = tuple(_reachable(automaton))
     places = tuple(found.places[m.name] for m in modes)
     known = tuple(_definitions(automaton, m, p, values) for m, p in zip(modes, places, strict=True))
@@ -131,9 +144,9 @@ def hybrid_model(
     names = (*(v.name for v in automaton.vars), *(p.name for p in params), "time")
     ranges = {p.name: values.interval(p.range) for p in params}
     holding = [[dwelling(e, p, _lets(d)) for e in assumed] for p, d in zip(places, known, strict=True)]
-    starts = _starts(automaton, modes, values, ranges, holding, automaton is written)
+    starts = _starts(automaton, modes, values, ranges, holding, automaton is given)
     assumed = tuple(c for e in assumed for c in members(e) if not keeps(c, ranges, values))
-    variables = tuple(v.name for v in written.vars)
+    variables = tuple(v.name for v in given.vars)
     return HybridModel(
         spec, automaton, values, modes, names, starts, known, assumed, used, variables, places, found.edges
     )

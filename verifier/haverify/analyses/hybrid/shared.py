@@ -7,6 +7,8 @@ from collections.abc import Callable, Hashable, Sequence
 from threading import Thread
 from typing import Any, TypeVar
 
+from haverify.analyses.hybrid.expansion import Expanded
+from haverify.model.hybrid import HybridAutomaton
 from haverify.solvers.kernel import Listing, Tree
 from haverify.text.record import field, holder
 
@@ -29,6 +31,16 @@ class Trees:
 
     # Trees that were grown for a question which has not looked at them yet.
     fresh: set[Hashable] = field(default_factory=set)
+    # Automata written out, beside what they were.
+    _written: list[tuple[HybridAutomaton, Expanded]] = field(default_factory=list)
+
+    def written(self, automaton: HybridAutomaton, write: Callable[[], Expanded]) -> Expanded:
+        """The automaton written out, once for all claims."""
+        found = next((made for given, made in self._written if given is automaton), None)
+        if found is None:
+            found = write()
+            self._written.append((automaton, found))
+        return found
 
     def get(self, key: Hashable, grow: Callable[[], Tree]) -> tuple[Tree, bool]:
         """The tree, and whether it was grown just now."""
