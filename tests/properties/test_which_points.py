@@ -58,7 +58,7 @@ property waits on C {
   stl (x <= p / 8) until[0, 2] at(Down)
   expect refuted
 }
-property alone on C { for which p in [1, 8]; stl globally[0, 2] (x >= p / 8 implies eventually[0, 1] x <= 0.1) }
+property alone on C { for which p in [6, 8]; stl globally[0, 2] (x >= p / 8 implies eventually[0, 1] x <= 0.1) }
 """
 
 

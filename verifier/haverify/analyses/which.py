@@ -36,7 +36,7 @@ FINE = Q(1, 10**6)  # of the range: how near to its bound a piece that is refute
 ROUNDS = 24
 WORDS: dict[type, str] = {Proved: "proved", Refuted: "refuted", Unknown: "not decided"}
 LISTED = 12  # pieces; of more only the shares are told
-POINTS = 8  # at which a run is recorded, in pieces that are left open
+POINTS = 8  # pieces left open in which a point is looked for
 FILES = ("cells", "flow")  # what names a file in certificates
 LATE = "the time allowed was over before all was tried"
 DEPTH = 2  # how often a piece that is not shown as a whole is cut in halves
@@ -146,14 +146,13 @@ def _pieces(search: Search, low: Q, high: Q) -> list[Piece]:
 
 
 def _pointed(known: Map, pieces: list[Piece]) -> list[Piece]:
-    """Points at which the claim is refuted, in pieces of which nothing is shown; the largest come first.
-
-    A point is told once, and not where it belongs to a piece that is refuted as a whole.
-    """
-    told = [p.ends for p in pieces if p.shown is not None and isinstance(p.shown.verdict, Refuted)]
+    """Points at which the claim is refuted, where no piece is: in the largest pieces, each once."""
+    if any(p.shown is not None and isinstance(p.shown.verdict, Refuted) for p in pieces):
+        return pieces
+    told: list[Ends] = []
     chosen: dict[Ends, Point] = {}
-    for p in sorted((p for p in pieces if p.shown is None), key=lambda p: -_volume(p.ends)):
-        point = known.counterexample(p.ends, told) if len(chosen) < POINTS else None
+    for p in sorted((p for p in pieces if p.shown is None), key=lambda p: -_volume(p.ends))[:POINTS]:
+        point = known.counterexample(p.ends, told)
         if point is not None:
             chosen[p.ends] = point
             told.append(tuple((q, q) for q in point.at))

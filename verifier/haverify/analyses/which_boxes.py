@@ -126,10 +126,10 @@ class Map:
         return by_start or refuted_everywhere(spec, automaton, alone, self.names)
 
     def counterexample(self, ends: Ends, told: Sequence[Ends]) -> Point | None:
-        """A point of a box and of no others, if may be its middle or a corner, at which the claim was refuted."""
+        """A point of a box, and not of others, at which the claim was refuted; the middle rather than a corner."""
         wrong = [p for p, e in self.known.items() if isinstance(e.verdict, Refuted) and e.certificate is not None]
         fresh = [p for p in wrong if _is_point_of(p, ends) and not any(_is_point_of(p, other) for other in told)]
-        found = next((p for p in (*_points(ends), *fresh) if p in fresh), None)
+        found = next((p for p in (*reversed(_points(ends)), *fresh) if p in fresh), None)
         return None if found is None else Point(tuple(q for q, _ in found), self.known[found])
 
 
@@ -152,8 +152,8 @@ def leaves(tree: Cut | Box) -> list[Box]:
 
 
 def _points(box: Ends) -> list[Ends]:
-    """The middle and the corners of a box, as boxes."""
-    points = dict.fromkeys([tuple((low + high) / 2 for low, high in box), *product(*box)])
+    """The corners of a box, which others share, and its middle, as boxes."""
+    points = dict.fromkeys([*product(*box), tuple((low + high) / 2 for low, high in box)])
     return [tuple((q, q) for q in p) for p in points]
 
 
