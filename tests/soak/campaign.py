@@ -17,7 +17,7 @@ from tests.soak.runs import Jumped, Runs, starts
 Box = Sequence[tuple[float, float]]
 CHUNK = 4000  # runs at a time: what fits a processor's cache
 ROUNDING = 1e-13  # relative to the size of a state
-LOOKS = 1500  # instants are at least this part of the horizon apart: many stretches have many ends
+LOOKS = 1000  # instants are at least this part of the horizon apart: many stretches have many ends
 
 
 @dataclass(frozen=True)

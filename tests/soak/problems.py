@@ -118,7 +118,7 @@ def chaser(s: Array, steered: Array) -> Array:
     rc = np.hypot(r + x, y)
     ax = n**2 * x + 2 * n * vy + mu / r**2 - mu * (r + x) / rc**3
     ay = n**2 * y - 2 * n * vx - mu * y / rc**3
-    force = np.tensordot(steered, s[:4], axes=1) / m
+    force = steered @ s[:4] / m
     return np.stack([vx, vy, ax + force[0], ay + force[1], np.ones_like(x)])
 
 
@@ -164,6 +164,6 @@ PROBLEMS = {
         5,
         (approaching, attempting, drifting),
         ((Edge(1, 0, 1.0, {}, -100.0), Edge(2, 4, 1.0, {}, 120.0)), (Edge(2, 4, 1.0, {}, 120.0),), ()),
-        0.1,
+        0.2,
     ),
 }
