@@ -145,13 +145,8 @@ def _is_run_likely(question: Question) -> bool:
 
 
 def _may_be_recorded(question: Question) -> bool:
-    """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon.
-
-    The flows of a system are those of all parts at once, along which a second checker takes too long.
-    """
+    """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon."""
     model = question.model
-    if model.automaton.is_system:
-        return False
     is_told = model.used or model.spec.assumptions or question.claim.assume
     is_plain = model.is_plain and not (
         is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes)

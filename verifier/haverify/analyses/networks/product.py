@@ -10,12 +10,12 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
-from haverify.analyses.networks.folding import assigned, both, closed, denied, either, settled
+from haverify.analyses.networks.folding import assigned, both, closed, denied, either, expression, settled
 from haverify.analyses.networks.naming import Edge as PartEdge
 from haverify.analyses.networks.naming import Interaction, Place
 from haverify.analyses.networks.network import mentioned, part_of
 from haverify.model.claim import Claim
-from haverify.model.core import expr_from_json, expr_to_json
+from haverify.model.core import expr_to_json
 from haverify.model.expression import FALSE, Expr, rebuild
 from haverify.model.hybrid import Assign, Edge, FlowLine, HybridAutomaton, Init, Input, Mode, Output, Param, Range
 from haverify.model.hybrid import Variable as Var
@@ -73,14 +73,14 @@ class Product:
     def automaton(self, with_lets: bool = True) -> HybridAutomaton:
         """The automaton whose runs are those of the system; its lets are those of the system."""
         inits = tuple(
-            Init(self.named(m), expr_from_json(where), tuple(self._assigns(assigns)))
+            Init(self.named(m), expression(where), tuple(self._assigns(assigns)))
             for m, where, assigns in self.starts
         )
         own = self.models[self.name].lets if with_lets else ()
         lets = [(o, self.root.flat(expr_to_json(o.expr))) for o in own]
         modes = tuple(self._mode(m, lets) for m in self.modes)
         edges = tuple(
-            Edge(j.name, self.named(m), self.named(j.target), j.is_urgent, expr_from_json(j.guard), done)
+            Edge(j.name, self.named(m), self.named(j.target), j.is_urgent, expression(j.guard), done)
             for m, j in self.joined for done in [tuple(self._assigns(j.resets))]
         )  # fmt: skip
         return HybridAutomaton(
@@ -120,7 +120,7 @@ class Product:
         return frozenset(p.prefix + m for p, m in zip(self.parts, modes, strict=True))
 
     def _flat(self, place: Place, e: Expr) -> Expr:
-        flat = expr_from_json(place.flat(expr_to_json(e)))
+        flat = expression(place.flat(expr_to_json(e)))
         return replace(flat, unit=e.unit, span=e.span)
 
     # ---- what is declared ----
@@ -150,7 +150,7 @@ class Product:
         """A param or an input under its full name, with the range that it is bound to where there is one."""
         given = place.bound[x.name]["to"] if x.name in place.bound else None
         if given is not None and place.outer is not None:
-            ends = [expr_from_json(place.outer.flat(given[k])) for k in ("low", "high")]
+            ends = [expression(place.outer.flat(given[k])) for k in ("low", "high")]
             return replace(x, name=place.prefix + x.name, range=Range(ends[0], ends[1]))
         flat = x.range and Range(self._flat(place, x.range.low), self._flat(place, x.range.high))
         return replace(x, name=place.prefix + x.name, range=flat)
@@ -178,9 +178,9 @@ class Product:
     def _assigns(resets: Sequence[Json]) -> Iterator[Assign]:
         for r in resets:
             if "to" in r:
-                yield Assign(r["var"], expr_from_json(r["to"]))
+                yield Assign(r["var"], expression(r["to"]))
             else:
-                yield Assign(r["var"], Range(expr_from_json(r["low"]), expr_from_json(r["high"])))
+                yield Assign(r["var"], Range(expression(r["low"]), expression(r["high"])))
 
     def _reached(self) -> tuple[list[Combined], list[tuple[Combined, Joint]]]:
         """The modes that edges lead to, breadth first, guards aside unless they are plainly false; and these edges."""
@@ -288,11 +288,11 @@ class Product:
         flows = [(p, m["flow"]) for p, m in zip(self.parts, here, strict=True)]
         flows += [(p, p.model["flow"]) for p in self.places if not p.is_automaton]
         lines = tuple(self._line(p, f, present) for p, flow in flows for f in flow)
-        own = tuple(replace(o, expr=expr_from_json(settled(e, present))) for o, e in lets)
-        return Mode(self.named(modes), expr_from_json(domain), lines, own, all(m["terminal"] for m in here))
+        own = tuple(replace(o, expr=expression(settled(e, present))) for o, e in lets)
+        return Mode(self.named(modes), expression(domain), lines, own, all(m["terminal"] for m in here))
 
     @staticmethod
     def _line(place: Place, f: Json, present: frozenset[str]) -> FlowLine:
-        ends = {k: expr_from_json(settled(place.flat(e), present)) for k, e in f.items() if k != "var"}
+        ends = {k: expression(settled(place.flat(e), present)) for k, e in f.items() if k != "var"}
         rate = ends["rate"] if "rate" in ends else Range(ends["low"], ends["high"])
         return FlowLine(place.prefix + f["var"], rate)
