@@ -43,8 +43,9 @@ class Contexts:
     decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
     # Whether it is a part of the values that a claim asks for.
     is_piece: bool = False
-    # The same for systems that are put together, each a spec of its own.
+    # The same for systems that are put together, each a spec of its own; those of many modes as far as runs come.
     wholes: dict[str, Contexts] = field(default_factory=dict)
+    parts: dict[str, Any] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -176,6 +177,9 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
     if not isinstance(found.verdict, Unknown) or found.verdict.kind != "fragment":
         return found
     name = claim.on or ""
+    lazily = _as_far_as_runs_come(contexts, claim, units)
+    if lazily is not None and not isinstance(lazily.verdict, Unknown):
+        return lazily
     try:
         if name not in contexts.wholes:
             from haverify.analyses.networks.whole import whole_of
@@ -185,12 +189,30 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
         told = next(c for c in inner.spec.claims if c.name == claim.name)
         whole = decide(inner.spec, told, inner, units)
     except OutsideFragmentError as e:
+        if lazily is not None:
+            return lazily
         return replace(found, verdict=replace(found.verdict, reason=f"{found.verdict.reason}; put together: {e}"))
     if isinstance(whole.verdict, Unknown) and whole.verdict.kind == "fragment":
         more = f"{found.verdict.reason}; put together: {whole.verdict.reason}"
         return replace(whole, verdict=replace(whole.verdict, reason=more))
     made = whole.certificate
     return whole if made is None else replace(whole, certificate={**made, "whole": True})
+
+
+def _as_far_as_runs_come(contexts: Contexts, claim: Claim, units: int) -> Evidence | None:
+    """What flowpipes show of a claim with a horizon on a system of many modes; None where it is another."""
+    from haverify.analyses.networks.lazily import decide_lazily, listed
+
+    if claim.inductive or claim.using or claim.which or _is_endless(claim):
+        return None
+    name = claim.on or ""
+    try:
+        if name not in contexts.parts:
+            contexts.parts[name] = listed(contexts.spec, contexts.core_value(), name)
+        found = contexts.parts[name]
+        return None if found is None else decide_lazily(found, claim, Fraction(units, ENOUGH))
+    except OutsideFragmentError:
+        return None
 
 
 def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:

@@ -5,7 +5,7 @@ How it is put together, name by name and in which order, is docs/core.md section
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -22,7 +22,7 @@ from haverify.model.hybrid import Variable as Var
 from haverify.model.spec import Spec
 from haverify.model.system import System
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.text.record import holder, record, replace
+from haverify.text.record import field, holder, record, replace
 
 Json = Any
 Combined = tuple[str, ...]
@@ -31,6 +31,10 @@ Ways = list[tuple[int, PartEdge]]
 MODES = 2000  # a system with more is not put together
 EDGES = 40_000
 JOINING = " with "
+
+
+class TooManyError(OutsideFragmentError):
+    """A system has too many modes, or edges, to be put together."""
 
 
 @record
@@ -52,6 +56,12 @@ class Product:
     spec: Spec
     core: Mapping[str, Json]
     name: str
+    # The modes whose edges are listed, None for all; the others are `open`.
+    left: frozenset[str] | None = None
+    most: int = MODES
+    open: set[str] = field(default_factory=set)
+    _joints: dict[Combined, list[Joint]] = field(default_factory=dict)
+    _kept: dict[tuple[Combined, bool], Mode] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         system = next(s for s in self.core["systems"] if s["name"] == self.name)
@@ -68,6 +78,14 @@ class Product:
         self.interactions = self.root.interactions()
         self.names: dict[str, tuple[str, ...]] = {}
         self.starts = list(self._starts())
+        self.started = frozenset(self.named(m) for m, _, _ in self.starts)
+        if self.left is not None:
+            self.left |= self.started
+        self.modes, self.joined = self._reached()
+
+    def list_edges(self, modes: Iterable[str]) -> None:
+        """List the edges of the modes of starts and of these."""
+        self.left = self.started | frozenset(modes)
         self.modes, self.joined = self._reached()
 
     def automaton(self, with_lets: bool = True) -> HybridAutomaton:
@@ -78,14 +96,14 @@ class Product:
         )
         own = self.models[self.name].lets if with_lets else ()
         lets = [(o, self.root.flat(expr_to_json(o.expr))) for o in own]
-        modes = tuple(self._mode(m, lets) for m in self.modes)
+        modes = tuple(self._mode_once(m, lets) for m in self.modes)
         edges = tuple(
             Edge(j.name, self.named(m), self.named(j.target), j.is_urgent, expression(j.guard), done)
             for m, j in self.joined for done in [tuple(self._assigns(j.resets))]
         )  # fmt: skip
         return HybridAutomaton(
             self.name, (), tuple(self._params()), tuple(self._inputs()), tuple(self._variables()), (), inits, modes,
-            edges, (), is_system=True,
+            edges, (), is_system=True, open=frozenset(self.open),
         )  # fmt: skip
 
     def claim(self, claim: Claim) -> Claim:
@@ -186,15 +204,22 @@ class Product:
         """The modes that edges lead to, breadth first, guards aside unless they are plainly false; and these edges."""
         found = list(dict.fromkeys(m for m, _, _ in self.starts))
         known, edges = set(found), list[tuple[Combined, Joint]]()
+        self.open.clear()
+        self.names.clear()
         for modes in found:  # which grows
-            for joint in self._leaving(modes):
+            if self.left is not None and self.named(modes) not in self.left:
+                self.open.add(self.named(modes))
+                continue
+            if modes not in self._joints:
+                self._joints[modes] = list(self._leaving(modes))
+            for joint in self._joints[modes]:
                 edges.append((modes, joint))
                 self.names[joint.name] = joint.names
                 if joint.target not in known:
                     known.add(joint.target)
                     found.append(joint.target)
-            if len(found) > MODES or len(edges) > EDGES:
-                raise OutsideFragmentError(f"more than {MODES} modes of all parts together, or {EDGES} edges")
+            if len(found) > self.most or len(edges) > EDGES:
+                raise TooManyError(f"more than {self.most} modes of all parts together, or {EDGES} edges")
         return found, edges
 
     def _leaving(self, modes: Combined) -> Iterator[Joint]:
@@ -280,6 +305,12 @@ class Product:
         return both([*x.guards, *(e.guard for _, e in way), assigned(domains, self._written(x, way))])
 
     # ---- one mode ----
+
+    def _mode_once(self, modes: Combined, lets: Sequence[tuple[Output, Json]]) -> Mode:
+        key = modes, bool(lets)
+        if key not in self._kept:
+            self._kept[key] = self._mode(modes, lets)
+        return self._kept[key]
 
     def _mode(self, modes: Combined, lets: Sequence[tuple[Output, Json]]) -> Mode:
         present = self._present(modes)
