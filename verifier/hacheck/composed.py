@@ -271,7 +271,8 @@ class Composed:
         domain = joined("and", [known(self.domains[p.prefix + m["name"]], here) for p, m in own])
         return {
             "name": self.names[modes], "domain": only_known(domain), "lets": [],
-            "terminal": all(m["terminal"] for _, m in own), "flow": [self._line(p, f, here) for p, fs in flows for f in fs],
+            "terminal": all(m["terminal"] for _, m in own),
+            "flow": [self._line(p, f, here) for p, fs in flows for f in fs],
         }  # fmt: skip
 
     @staticmethod

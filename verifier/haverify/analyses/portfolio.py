@@ -177,7 +177,7 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
     if not isinstance(found.verdict, Unknown) or found.verdict.kind != "fragment":
         return found
     name = claim.on or ""
-    lazily = _as_far_as_runs_come(contexts, claim, units)
+    lazily = None if _is_endless(claim) else _lazily(contexts, claim, units)
     if lazily is not None and not isinstance(lazily.verdict, Unknown):
         return lazily
     try:
@@ -199,20 +199,12 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
     return whole if made is None else replace(whole, certificate={**made, "whole": True})
 
 
-def _as_far_as_runs_come(contexts: Contexts, claim: Claim, units: int) -> Evidence | None:
-    """What flowpipes show of a claim with a horizon on a system of many modes; None where it is another."""
-    from haverify.analyses.networks.lazily import decide_lazily, listed
+def _lazily(contexts: Contexts, claim: Claim, units: int) -> Evidence | None:
+    """What is shown of a system of which only the modes are listed to which runs come; None where it is another."""
+    from haverify.analyses.networks.lazily import decide_lazily
 
-    if claim.inductive or claim.using or claim.which or _is_endless(claim):
-        return None
-    name = claim.on or ""
-    try:
-        if name not in contexts.parts:
-            contexts.parts[name] = listed(contexts.spec, contexts.core_value(), name)
-        found = contexts.parts[name]
-        return None if found is None else decide_lazily(found, claim, Fraction(units, ENOUGH))
-    except OutsideFragmentError:
-        return None
+    budget = Fraction(units, ENOUGH)
+    return decide_lazily(contexts.parts, contexts.spec, contexts.core_value(), claim, budget)
 
 
 def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:

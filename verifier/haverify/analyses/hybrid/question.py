@@ -137,7 +137,7 @@ def _listed(question: Question, tree: list[T]) -> list[T]:
     OpenModesError    where they come to modes whose edges are not listed
     """
     model = question.model
-    found = {model.places[s.mode].mode for s in tree}
+    found = frozenset(model.places[s.mode].mode for s in tree)
     if found & model.open:
         raise OpenModesError(found & model.open)
     question.trees.seen |= found

@@ -68,13 +68,27 @@ def _has_flows(product: Product) -> bool:
     return any(not isinstance(f.get("rate"), str) for m in modes for f in m["flow"])
 
 
-def decide_lazily(found: Listed, claim: Claim, budget: Fraction) -> Evidence:
-    """What flowpipes show of a claim with a horizon.
+def decide_lazily(
+    known: dict[str, Listed | None], spec: Spec, core: Mapping[str, Json], claim: Claim, budget: Fraction
+) -> Evidence | None:
+    """What flowpipes show of a claim with a horizon on a system; None where it is small, or flowpipes do not serve.
 
-    Raises
-    ------
-    OutsideFragmentError    if the system or the claim is not of that kind, or runs come to too many modes
+    `known` are the systems looked at before, by name.
     """
+    if claim.inductive or claim.using or claim.which:
+        return None
+    name = claim.on or ""
+    try:
+        if name not in known:
+            known[name] = listed(spec, core, name)
+        found = known[name]
+        return None if found is None else _decided(found, claim, budget)
+    except OutsideFragmentError:
+        return None
+
+
+def _decided(found: Listed, claim: Claim, budget: Fraction) -> Evidence:
+    """What is shown along flowpipes, in as many rounds as it takes until they come to listed modes only."""
     for _ in range(2 * LISTED):
         if len(found.product.left or ()) > LISTED:
             break

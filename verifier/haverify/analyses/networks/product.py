@@ -91,8 +91,7 @@ class Product:
     def automaton(self, with_lets: bool = True) -> HybridAutomaton:
         """The automaton whose runs are those of the system; its lets are those of the system."""
         inits = tuple(
-            Init(self.named(m), expression(where), tuple(self._assigns(assigns)))
-            for m, where, assigns in self.starts
+            Init(self.named(m), expression(where), tuple(self._assigns(assigns))) for m, where, assigns in self.starts
         )
         own = self.models[self.name].lets if with_lets else ()
         lets = [(o, self.root.flat(expr_to_json(o.expr))) for o in own]
