@@ -17,6 +17,7 @@ from tests.soak.runs import Jumped, Runs, starts
 Box = Sequence[tuple[float, float]]
 CHUNK = 4000  # runs at a time: what fits a processor's cache
 ROUNDING = 1e-13  # relative to the size of a state
+LOOKS = 1000  # instants are at least this part of the horizon apart: many stretches have many ends
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def instants(enclosure: Enclosure, longest: float) -> Array:
     found = [0.0]
     for t in sorted(t for t in ends if 0 < t <= enclosure.until):
         parts = max(1, int(np.ceil((t - found[-1]) / longest)))
-        if t - found[-1] > 1e-9:
+        if t - found[-1] > max(1e-9, enclosure.until / LOOKS):
             found += list(np.linspace(found[-1], t, parts + 1)[1:])
     return np.array(found)
 

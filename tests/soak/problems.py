@@ -17,12 +17,13 @@ Field = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Edge:
-    """A jump where `sign * state[coordinate]` comes up to 0, which it then is; factors of the state by coordinate."""
+    """A jump where `sign * (state[coordinate] - level)` comes up to 0, which it then is; factors of the state."""
 
     target: int
     coordinate: int
     sign: float
     factors: dict[int, float]
+    level: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,34 @@ def ball_up(s: Array) -> Array:
     return np.stack([s[1], -9.81 - 0.1 * s[1] ** 2])
 
 
+def chaser(s: Array, steered: Array) -> Array:
+    """Metres and minutes; `steered` is what x, y, x', y' are times in the two forces. The last coordinate is time."""
+    mu, r, m = 3.986e14 * 3600, 42_164_000.0, 500.0
+    n = np.sqrt(mu / r**3)
+    x, y, vx, vy, _ = s
+    rc = np.hypot(r + x, y)
+    ax = n**2 * x + 2 * n * vy + mu / r**2 - mu * (r + x) / rc**3
+    ay = n**2 * y - 2 * n * vx - mu * y / rc**3
+    force = steered @ s[:4] / m
+    return np.stack([vx, vy, ax + force[0], ay + force[1], np.ones_like(x)])
+
+
+FAR = np.array([[-28.8287, 0.1005, -1449.9754, 0.0046], [-0.087, -33.2562, 0.00462, -1451.5013]])
+NEAR = np.array([[-288.0288, 0.1312, -9614.9898, 0.0], [-0.1312, -288.0, 0.0, -9614.9883]])
+
+
+def drifting(s: Array) -> Array:
+    return chaser(s, 0 * FAR)
+
+
+def approaching(s: Array) -> Array:
+    return chaser(s, FAR)
+
+
+def attempting(s: Array) -> Array:
+    return chaser(s, NEAR)
+
+
 PROBLEMS = {
     "van_der_pol": Problem(2, (van_der_pol,), ((),), 0.05),
     "coupled_van_der_pol": Problem(5, (coupled,), ((),), 0.05),
@@ -130,5 +159,11 @@ PROBLEMS = {
         (ball_down, ball_up),
         ((Edge(1, 0, -1.0, {0: 0.0, 1: -0.8}),), (Edge(0, 1, -1.0, {1: 0.0}),)),
         0.05,
+    ),
+    "spacecraft_rendezvous": Problem(
+        5,
+        (approaching, attempting, drifting),
+        ((Edge(1, 0, 1.0, {}, -100.0), Edge(2, 4, 1.0, {}, 120.0)), (Edge(2, 4, 1.0, {}, 120.0),), ()),
+        0.2,
     ),
 }

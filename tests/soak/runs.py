@@ -54,7 +54,8 @@ class Runs:
             after = stepped(field, start, h)
             self.states[:, own] = after
             for number, edge in enumerate(self.problem.edges[mode]):
-                is_due = (edge.sign * start[edge.coordinate] < 0) & (edge.sign * after[edge.coordinate] >= 0)
+                first, last = (edge.sign * (s[edge.coordinate] - edge.level) for s in (start, after))
+                is_due = (first < 0) & (last >= 0)
                 if is_due.any():
                     yield self._jump(field, (int(mode), number), own[is_due], start[:, is_due], h)
         self.time += h
@@ -64,12 +65,12 @@ class Runs:
         dwell = np.full(len(runs), h / 2)
         for _ in range(NEWTON):
             at = stepped(field, start, dwell)
-            dwell = np.clip(dwell - at[edge.coordinate] / field(at)[edge.coordinate], 0.0, h)
+            dwell = np.clip(dwell - (at[edge.coordinate] - edge.level) / field(at)[edge.coordinate], 0.0, h)
         before = stepped(field, start, dwell)
         landed = before.copy()
         for coordinate, factor in edge.factors.items():
             landed[coordinate] = before[coordinate] * factor
-        landed[edge.coordinate] = 0.0
+        landed[edge.coordinate] = edge.level * edge.factors.get(edge.coordinate, 1.0)
         self.modes[runs] = edge.target
         self.jumps[runs] += 1
         self.states[:, runs] = stepped(self.problem.fields[edge.target], landed, h - dwell)
