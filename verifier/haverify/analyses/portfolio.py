@@ -233,6 +233,36 @@ def _by_closing(contexts: Contexts, context: Context, claim: Claim, units: int, 
         return None
 
 
+def _by_following(context: Context, claim: Claim) -> Evidence | None:
+    """What is shown by flowpipes through some jumps and an end of all runs after them; None where that is nothing."""
+    from haverify.analyses.induction.refute import Effort
+    from haverify.analyses.zeno.following import decide_following
+
+    if not context.automaton.edges:
+        return None
+    try:
+        return decide_following(context.spec, context.automaton, claim, context.core, Effort())
+    except OutsideFragmentError:
+        return None
+
+
+def _by_laws(context: Context, claim: Claim, units: int) -> Evidence | None:
+    """What flowpipes show where comparisons of what all runs keep are decided by the starts; None where nothing."""
+    from haverify.analyses.hybrid.conserved import decides
+    from haverify.analyses.hybrid.decide import decide_flow
+
+    if claim.inductive or claim.using:
+        return None
+    try:
+        if not decides(context.spec, context.automaton, claim):
+            return None
+        budget = Fraction(units, ENOUGH)
+        found = decide_flow(context.spec, context.automaton, claim, context.core, budget, context.trees, with_laws=True)
+    except OutsideFragmentError:
+        return None
+    return None if isinstance(found.verdict, Unknown) else found
+
+
 def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
     """What an invariant shows of a claim that was not decided before."""
     if not isinstance(before.verdict, Unknown) or any(g.kind not in ("always", "can_reach") for g in claim.goals):
@@ -271,9 +301,10 @@ def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, u
     if ended is not None:
         return ended
     found = _by_pipes(contexts, context, claim, reason, units)
-    if (is_endless and is_first) or not isinstance(found.verdict, Unknown):
+    if not isinstance(found.verdict, Unknown):
         return found
-    return _by_closing(contexts, context, claim, units, True) or found
+    ended = None if is_endless and is_first else _by_closing(contexts, context, claim, units, True)
+    return ended or _by_following(context, claim) or _by_laws(context, claim, units) or found
 
 
 def _may_be_closed(claim: Claim) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.conserved import conserved
 from haverify.analyses.hybrid.counted import proved_by_counting
 from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
@@ -41,11 +42,18 @@ USUAL = Q(1)
 
 
 def decide_flow(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL, trees: Trees | None = None
+    spec: Spec,
+    automaton: HybridAutomaton,
+    claim: Claim,
+    core: Json,
+    budget: Q = USUAL,
+    trees: Trees | None = None,
+    with_laws: bool = False,
 ) -> Evidence:
     """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
 
-    `trees` are those of other claims on the automaton.
+    `trees` are those of other claims on the automaton. With laws comparisons of what all runs keep are decided by the
+    starts, which a record does not show.
 
     Raises
     ------
@@ -58,7 +66,8 @@ def decide_flow(
     written = shared.written(automaton, lambda: written_out(spec, automaton))
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used, written)
     model.compiled = shared.compiled
-    questions = [question_of(model, claim, goal) for goal in claim.goals]
+    laws = conserved(model) if with_laws else None
+    questions = [question_of(model, claim, goal, laws) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(

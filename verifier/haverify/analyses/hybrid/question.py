@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeVar
 
+from haverify.analyses.hybrid.conserved import Conserved
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
 from haverify.analyses.hybrid.inputs import Chosen
 from haverify.analyses.hybrid.listing import Judged, listings
@@ -100,15 +101,15 @@ class Question:
     points: dict[tuple[int, Box], list[Stretch]] = field(default_factory=dict)
 
 
-def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
-    """A goal of a claim, compiled.
+def question_of(model: HybridModel, claim: Claim, goal: Goal, laws: Conserved | None = None) -> Question:
+    """A goal of a claim, compiled; comparisons of what is kept by `laws` are decided by the starts.
 
     Raises
     ------
     OutsideFragmentError    if it is none that flowpipes speak of, or a number in it is none that they can compute with
     """
     asked = asked_of(model, claim, goal)
-    judged = judged_of(model, asked)
+    judged = judged_of(model, asked, laws)
     compared: list[list[tuple[Expr, str, int]]] = []
     for q in (asked.last, *(end for s in model.starts for ends in s.box for end in ends)):
         enclosed(q)
