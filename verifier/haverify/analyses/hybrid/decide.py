@@ -66,7 +66,7 @@ def decide_flow(
     written = shared.written(automaton, lambda: written_out(spec, automaton))
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used, written)
     model.compiled = shared.compiled
-    laws = conserved(model) if with_laws else None
+    laws = conserved(model) if with_laws and not model.open else None
     questions = [question_of(model, claim, goal, laws) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
