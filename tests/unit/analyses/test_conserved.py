@@ -11,17 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.unit.elaborate.texts import read
 
-from haverify.analyses.hybrid.conditions import Atom, condition
+from haverify.analyses.hybrid.conditions import Atom, Some, condition
 from haverify.analyses.hybrid.conserved import Conserved, conserved, decides, kernel
+from haverify.analyses.hybrid.decide import decide_flow
 from haverify.analyses.hybrid.model import hybrid_model
 from haverify.analyses.portfolio import decide_all
-from haverify.evidence.verdict import Proved, Refuted
+from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.polynomial import Polynomial
 from haverify.model.spec import Spec
 
 REACTION = "x' = -0.4 * x + 100 * y * z; y' = 0.4 * x - 100 * y * z - 1000 * y^2; z' = 1000 * y^2"
 PLANKTON = "x' = -x * y / (1 + x); y' = x * y / (1 + x) - 0.3 * y; z' = 0.3 * y"
 BODY = "x' = y * z; y' = -2 * x * z; z' = x * y"
+DRIVEN = "x' = -3 * sin(x) + u; y' = 0; z' = 3 * sin(x) - u"
 CHAIN = "x' = -x + u; y' = x - y; z' = y - u"
 POINT = "x == 9.75 and y == 0.01 and z == 0.01"
 BOX = "9.5 <= x <= 10 and y == 0.01 and z == 0.01"
@@ -155,18 +157,34 @@ def test_claims_about_what_is_kept_are_decided_to_the_last_digit() -> None:
     assert verdict(PLANKTON, POINT, "always x + y + z <= 9.77 and x <= 1") is Refuted
 
 
-def test_with_one_value_other_quantities_have_fewer_variables() -> None:
+def test_with_one_value_bounds_hold_where_they_hold_without_a_variable() -> None:
     found = kept(PLANKTON)
     spec = spec_of(PLANKTON, POINT, "always x + y <= 9")
     atom = condition(spec.claims[0].goals[0].condition, {})
     told = found.simpler(atom, 0)
-    assert isinstance(told, Atom) and isinstance(atom, Atom)
-    (p, q) = (found.normal.of(a.quantity, {}) for a in (told, atom))
-    assert set(p.variables) == {"z"} and found.keeps(p - q) and found.at_starts(p - q) == (0, 0)
+    assert isinstance(told, Some) and isinstance(atom, Atom) and told.members[0] == atom
+    p = found.normal.of(atom.quantity, {})
+    for other in told.members[1:]:
+        assert isinstance(other, Atom) and other.op == atom.op
+        q = found.normal.of(other.quantity, {})
+        assert len(q.variables) <= 2 and found.keeps(p - q) and found.at_starts(p - q) == (0, 0)
+    assert ("z",) in {found.normal.of(a.quantity, {}).variables for a in told.members if isinstance(a, Atom)}
     assert kept(PLANKTON, BOX).simpler(atom, 0) == atom
+    equal = Atom(atom.quantity, "==")
+    assert found.simpler(equal, 0) == equal
     assert decides(spec, spec.automata[0], spec.claims[0])
-    other = spec_of(PLANKTON, BOX, "always x + 2 * y <= 9")
-    assert not decides(other, other.automata[0], other.claims[0])
+    other_spec = spec_of(PLANKTON, BOX, "always x + 2 * y <= 9")
+    assert not decides(other_spec, other_spec.automata[0], other_spec.claims[0])
+
+
+def test_a_bound_that_an_enclosure_misses_is_shown_by_the_other_variables() -> None:
+    def found(claim: str, with_laws: bool) -> type:
+        start = "x == 0 and y == 0 and z == 0"
+        spec = spec_of(DRIVEN, start, claim, inputs="input u in [-0.5, 0.5]")
+        return type(decide_flow(spec, spec.automata[0], spec.claims[0], None, with_laws=with_laws).verdict)
+
+    assert found("always z <= 0.4", False) is Unknown and found("always z <= 0.4", True) is Proved
+    assert found("always z <= 0.1", True) is Refuted  # x tends to -0.1674 where u is -0.5
 
 
 def test_what_is_very_large_is_not_looked_at() -> None:

@@ -3,7 +3,8 @@
 The rate of a quantity is computed exactly, as a polynomial; where it is the zero polynomial in every mode, and every
 reset gives the quantity back, its value at any instant is that at the start. Of linear ones all are found: they are
 the null space of the rates' coefficients. A claim about such a quantity is decided by the starts; where a linear one
-has one value at all starts, others are written with fewer variables, which an enclosure knows better.
+has one value at all starts, the range of others is intersected with what that leaves: a bound holds where it holds of
+the quantity written without one of its variables.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from haverify.text.record import field, holder, record
 Q = Fraction
 MOST = 24  # variables
 GOALS = ("always", "can_reach", "reach")
+ORDERED = ("<", "<=", ">", ">=")
+MORE = 4  # ways to write a quantity
 FEW = 6  # of a polynomial that is not linear
 
 Sure = tuple[Callable[[Q, Q], bool], Callable[[Q, Q], bool]]
@@ -131,27 +134,25 @@ class Conserved:
     def _atom(self, a: Atom, number: int) -> Condition:
         try:
             p = self.normal.of(a.quantity, self.model.definitions[number])
-            if len(p.variables) < 2 or not set(p.variables) <= set(self.model.names):
+            if not p.variables or not set(p.variables) <= set(self.model.names):
                 return a
             if self.keeps(p):
                 ends = self.at_starts(p)
                 holds, fails = (sure(*ends) for sure in SURE[a.op])
                 return True if holds else False if fails else a
-            shorter = self._shorter(p) if p.total_degree() == 1 else p
+            others = self._others(p) if p.total_degree() == 1 and a.op in ORDERED else []
         except TooLargeError:
             return a
-        return a if shorter is p else Atom(_expression(shorter), a.op)
+        return Some((a, *(Atom(_expression(q), a.op) for q in others))) if others else a
 
-    def _shorter(self, p: Polynomial) -> Polynomial:
-        """The same at all states of runs, with the fewest variables that one linear law allows."""
-        found = p
+    def _others(self, p: Polynomial) -> list[Polynomial]:
+        """The same at all states of runs, without one of the variables, by laws with one value at all starts."""
+        found = []
         for law in (w for w in self.laws if w.low == w.high):
             for m, c in law.form.terms.items():
-                share = p.terms.get(m, Q(0)) / c
-                other = p - (law.form - constant(law.low)).scaled(share)
-                if len(other.variables) < len(found.variables):
-                    found = other
-        return found
+                if m in p.terms:
+                    found.append(p - (law.form - constant(law.low)).scaled(p.terms[m] / c))
+        return found[:MORE]
 
 
 def conserved(model: HybridModel) -> Conserved | None:
