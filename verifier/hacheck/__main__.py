@@ -78,7 +78,7 @@ class Check:
         from hacheck.systems import SystemCheck
 
         if system["name"] not in self._systems:
-            self._systems[system["name"]] = SystemCheck(self.core, system, self.load_cells)
+            self._systems[system["name"]] = SystemCheck(self.core, system, self.load_cells, self.lemma)
         return self._systems[system["name"]]
 
     def lemma(self, name: str) -> Json:

@@ -129,11 +129,12 @@ class Core:
             if not whole or len(set(e["values"])) < len(e["values"]) or e["name"] in ("real", "bool"):
                 raise Unreadable(f"the enumeration {e['name']!a} is none")
         for a in data["automata"]:
-            self._check_automaton(a)
+            self.check_automaton(a)
         if not all(NAME.fullmatch(n) for n in self.claims):
             raise Unreadable("a claim has a name that is none")
 
-    def _check_automaton(self, a: Json) -> None:
+    def check_automaton(self, a: Json) -> None:
+        """Raise Unreadable unless an automaton is well formed, apart from its expressions."""
         variables, modes = by_name(a["vars"], "variables"), by_name(a["modes"], "modes")
         for what in ("constants", "params", "lets"):
             by_name(a[what], what)

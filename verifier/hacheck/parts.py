@@ -56,7 +56,7 @@ class Scope:
                 raise Refused("a part of nothing, of too much, or of a name that is none")
             if "parts" in found and any(b["name"] not in own_names(found) for b in p["bindings"]):
                 raise Beyond("a system bound a name that it does not declare itself")
-            self.parts[p["name"]] = Scope(core, found, f"{prefix}{p['name']}.", self, p["bindings"])
+            self.parts[p["name"]] = type(self)(core, found, f"{prefix}{p['name']}.", self, p["bindings"])
 
     def automata(self) -> Iterator[Scope]:
         """The parts that are automata, however deep."""

@@ -19,6 +19,7 @@ class Scope:
     """The names that an automaton sees, its own before those of the top level; `rounding` lets constants vary."""
 
     has_functions = False  # of polynomials, as names
+    open = frozenset[str]()  # modes of a system whose edges are not listed: nothing is to be shown there
 
     def __init__(self, core: Core, automaton: Json, rounding: bool) -> None:
         self.core, self.automaton, self.rounding = core, automaton, rounding
@@ -116,8 +117,14 @@ class Scope:
             self._identities[mode] = Instant(self, mode, {v: var(v) for v in self.types})
         return self._identities[mode]
 
+    def left(self, mode: str) -> None:
+        """Raise Refused where it is not known how a mode is left."""
+        if mode in self.open:
+            raise Refused("a run comes to a mode of a system that its certificate leaves out")
+
     def rates(self, mode: str) -> dict[str, Poly]:
         """The flow: a polynomial of params and constants per variable, 0 for discrete ones."""
+        self.left(mode)
         if mode not in self._rates:
             flow, at = self.modes[mode]["flow"], Instant(self, mode, {})
             if not all("rate" in line for line in flow):

@@ -6,7 +6,8 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from hacheck.core import Core
 from hacheck.expressions import nodes
@@ -14,7 +15,11 @@ from hacheck.networks import Move, Network
 from hacheck.rational import Beyond, Refused, number, spend
 from hacheck.readings import TIME, Event, State
 from hacheck.symmetry import Symmetry
+from hacheck.wholes import Whole
 from hacheck.zones import Formula, Zone, both, inside, opposite
+
+if TYPE_CHECKING:
+    from hacheck.obligations import Setting
 
 Json = Any
 Load = Callable[[Json], Json]
@@ -113,10 +118,23 @@ class Listed:
 class SystemCheck:
     """The claims on one system, and the files of states already checked."""
 
-    def __init__(self, core: Core, system: Json, load: Load) -> None:
-        self.core, self.system, self.load = core, system, load
-        self.plain = Network(core, system, 1, False)
+    def __init__(self, core: Core, system: Json, load: Load, lemma: Load | None = None) -> None:
+        self.core, self.system, self.load, self.lemma = core, system, load, lemma
         self._listed: dict[str, Listed] = {}
+        self._wholes: dict[str, Whole] = {}
+
+    @cached_property
+    def plain(self) -> Network:
+        """The system as one of clocks."""
+        return Network(self.core, self.system, 1, False)
+
+    def whole(self, claim: Json, certificate: Json) -> tuple[Json, Json, Setting]:
+        """The claim, its certificate, and the automaton that the system is, as the certificate wants it looked at."""
+        given = certificate["whole"]
+        key = json.dumps(given)
+        if key not in self._wholes:
+            self._wholes[key] = Whole(self, given)
+        return self._wholes[key].question(claim, certificate)
 
     def listed(self, name: Json) -> Listed:
         """A file of states, checked once."""

@@ -60,6 +60,7 @@ class Field:
     """The flow of a mode and its derivatives, in a fine space for the field and a coarse one for errors."""
 
     def __init__(self, scope: Scope, mode: str, fine: Space, coarse: Space) -> None:
+        scope.left(mode)
         self.tape, self.names, self.fine, self.coarse = Tape(scope, mode), list(scope.types), fine, coarse
         lines: dict[str, Any] = {line["var"]: line for line in scope.modes[mode]["flow"]}
         if not all(v in lines and "rate" in lines[v] for v in self.names):

@@ -13,7 +13,8 @@ from tests.unit.elaborate.texts import read
 from haverify.analyses.induction.refute import Effort
 from haverify.analyses.portfolio import decide_all
 from haverify.analyses.zeno.closing import Closing
-from haverify.analyses.zeno.decide import closings, decide_closing, shown_by
+from haverify.analyses.zeno.closings import closings, shown_by
+from haverify.analyses.zeno.decide import decide_closing
 from haverify.analyses.zeno.weights import weights_of
 from haverify.evidence.verdict import Proved, Refuted
 from haverify.model.core import to_core

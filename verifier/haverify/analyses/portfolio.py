@@ -43,8 +43,9 @@ class Contexts:
     decided: dict[tuple[str, int], Evidence] = field(default_factory=dict)
     # Whether it is a part of the values that a claim asks for.
     is_piece: bool = False
-    # The same for systems that are put together, each a spec of its own.
+    # The same for systems that are put together, each a spec of its own; those of many modes as far as runs come.
     wholes: dict[str, Contexts] = field(default_factory=dict)
+    parts: dict[str, Any] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
         """The context of an automaton, None where the name is of something else."""
@@ -176,6 +177,9 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
     if not isinstance(found.verdict, Unknown) or found.verdict.kind != "fragment":
         return found
     name = claim.on or ""
+    lazily = None if _is_endless(claim) else _lazily(contexts, claim, units)
+    if lazily is not None and not isinstance(lazily.verdict, Unknown):
+        return lazily
     try:
         if name not in contexts.wholes:
             from haverify.analyses.networks.whole import whole_of
@@ -185,12 +189,22 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
         told = next(c for c in inner.spec.claims if c.name == claim.name)
         whole = decide(inner.spec, told, inner, units)
     except OutsideFragmentError as e:
+        if lazily is not None:
+            return lazily
         return replace(found, verdict=replace(found.verdict, reason=f"{found.verdict.reason}; put together: {e}"))
     if isinstance(whole.verdict, Unknown) and whole.verdict.kind == "fragment":
         more = f"{found.verdict.reason}; put together: {whole.verdict.reason}"
         return replace(whole, verdict=replace(whole.verdict, reason=more))
     made = whole.certificate
     return whole if made is None else replace(whole, certificate={**made, "whole": True})
+
+
+def _lazily(contexts: Contexts, claim: Claim, units: int) -> Evidence | None:
+    """What is shown of a system of which only the modes are listed to which runs come; None where it is another."""
+    from haverify.analyses.networks.lazily import decide_lazily
+
+    budget = Fraction(units, ENOUGH)
+    return decide_lazily(contexts.parts, contexts.spec, contexts.core_value(), claim, budget)
 
 
 def _by_pieces(contexts: Contexts, context: Context, claim: Claim, units: int) -> Evidence:
@@ -217,6 +231,36 @@ def _by_closing(contexts: Contexts, context: Context, claim: Claim, units: int, 
         return decide_closing(context.spec, context.automaton, claim, context.core, Effort(is_deep=is_deep))
     except OutsideFragmentError:
         return None
+
+
+def _by_following(context: Context, claim: Claim) -> Evidence | None:
+    """What is shown by flowpipes through some jumps and an end of all runs after them; None where that is nothing."""
+    from haverify.analyses.induction.refute import Effort
+    from haverify.analyses.zeno.following import decide_following
+
+    if not context.automaton.edges:
+        return None
+    try:
+        return decide_following(context.spec, context.automaton, claim, context.core, Effort())
+    except OutsideFragmentError:
+        return None
+
+
+def _by_laws(context: Context, claim: Claim, units: int) -> Evidence | None:
+    """What flowpipes show where comparisons of what all runs keep are decided by the starts; None where nothing."""
+    from haverify.analyses.hybrid.conserved import decides
+    from haverify.analyses.hybrid.decide import decide_flow
+
+    if claim.inductive or claim.using:
+        return None
+    try:
+        if not decides(context.spec, context.automaton, claim):
+            return None
+        budget = Fraction(units, ENOUGH)
+        found = decide_flow(context.spec, context.automaton, claim, context.core, budget, context.trees, with_laws=True)
+    except OutsideFragmentError:
+        return None
+    return None if isinstance(found.verdict, Unknown) else found
 
 
 def _by_induction(contexts: Contexts, context: Context, claim: Claim, before: Evidence, units: int) -> Evidence:
@@ -257,9 +301,10 @@ def _by_flows(contexts: Contexts, context: Context, claim: Claim, reason: str, u
     if ended is not None:
         return ended
     found = _by_pipes(contexts, context, claim, reason, units)
-    if (is_endless and is_first) or not isinstance(found.verdict, Unknown):
+    if not isinstance(found.verdict, Unknown):
         return found
-    return _by_closing(contexts, context, claim, units, True) or found
+    ended = None if is_endless and is_first else _by_closing(contexts, context, claim, units, True)
+    return ended or _by_following(context, claim) or _by_laws(context, claim, units) or found
 
 
 def _may_be_closed(claim: Claim) -> bool:

@@ -158,3 +158,4 @@ class HybridAutomaton:
     doc: str = ""
     span: Span | None = None
     is_system: bool = False  # put together of the parts of a system; then no part of the core
+    open: frozenset[str] = frozenset()  # modes of a system whose edges are not listed

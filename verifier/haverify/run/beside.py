@@ -52,7 +52,8 @@ def _shown(spec: Spec, claim: Claim, evidence: Evidence, seconds: float) -> tupl
             from haverify.analyses.networks.whole import whole_of
             from haverify.model.core import to_core
 
-            spec = whole_of(spec, claim.on or "", to_core(spec))
+            left = (evidence.certificate or {}).get("whole")
+            spec = whole_of(spec, claim.on or "", to_core(spec), left if isinstance(left, list) else None)
             claim = next(c for c in spec.claims if c.name == claim.name)
         automaton = next((a for a in spec.automata if a.name == claim.on), None)
         if automaton is None:

@@ -84,7 +84,7 @@ def counted_of(question: Question) -> Counted | None:
     is_free = any(judged.facts) or any(judged.assumed) or any(given[1] for given in question.modes)
     alike = all(given[0] == question.modes[0][0] for given in question.modes)
     known = all(of == model.definitions[0] for of in model.definitions)
-    is_over = question.driven or any(m.terminal for m in model.modes) or not model.jumps
+    is_over = question.driven or any(m.terminal for m in model.modes) or not model.jumps or bool(model.open)
     if not is_asked or reads_jumps or is_free or not alike or not known or is_over:
         return None
     borders = [_border(question, k) for k in range(len(model.modes))]

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from haverify.analyses.hybrid.conserved import conserved
 from haverify.analyses.hybrid.counted import proved_by_counting
 from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
@@ -41,11 +42,18 @@ USUAL = Q(1)
 
 
 def decide_flow(
-    spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Json, budget: Q = USUAL, trees: Trees | None = None
+    spec: Spec,
+    automaton: HybridAutomaton,
+    claim: Claim,
+    core: Json,
+    budget: Q = USUAL,
+    trees: Trees | None = None,
+    with_laws: bool = False,
 ) -> Evidence:
     """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
 
-    `trees` are those of other claims on the automaton.
+    `trees` are those of other claims on the automaton. With laws comparisons of what all runs keep are decided by the
+    starts, which a record does not show.
 
     Raises
     ------
@@ -58,7 +66,8 @@ def decide_flow(
     written = shared.written(automaton, lambda: written_out(spec, automaton))
     model = hybrid_model(spec, automaton, [g.condition for g in claim.goals], claim.assume, used, written)
     model.compiled = shared.compiled
-    questions = [question_of(model, claim, goal) for goal in claim.goals]
+    laws = conserved(model) if with_laws and not model.open else None
+    questions = [question_of(model, claim, goal, laws) for goal in claim.goals]
     answers = [_answered(replace(q, budget=budget, trees=shared)) for q in questions]
     verdict = _combined([a.verdict for a in answers])
     parts = tuple(
@@ -145,13 +154,8 @@ def _is_run_likely(question: Question) -> bool:
 
 
 def _may_be_recorded(question: Question) -> bool:
-    """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon.
-
-    The flows of a system are those of all parts at once, along which a second checker takes too long.
-    """
+    """Whether the second checker may follow: it knows neither inputs nor assumptions, and needs a horizon."""
     model = question.model
-    if model.automaton.is_system:
-        return False
     is_told = model.used or model.spec.assumptions or question.claim.assume
     is_plain = model.is_plain and not (
         is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes)

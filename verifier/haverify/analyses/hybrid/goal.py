@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
 from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, closed, condition
+from haverify.analyses.hybrid.conserved import Conserved
 from haverify.analyses.hybrid.listing import Judged, landing_condition
 from haverify.analyses.hybrid.model import HybridModel
 from haverify.model.claim import Claim, Goal
@@ -120,9 +121,10 @@ def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:
         raise OutsideFragmentError("a run may end in a terminal mode, and the claim speaks of later instants")
 
 
-def judged_of(model: HybridModel, asked: Asked) -> Judged:
+def judged_of(model: HybridModel, asked: Asked, laws: Conserved | None = None) -> Judged:
     """What the kernel judges: `always` and the denial of `can reach` outside the instants not asked for as well.
 
+    Comparisons of what all runs keep by `laws` are decided by the starts.
     Runs are judged as long as assumptions hold (LANGUAGE S25); invariants that are used hold on all of them.
     """
     is_denied = asked.kind == "can_reach"
@@ -136,12 +138,15 @@ def judged_of(model: HybridModel, asked: Asked) -> Judged:
             return Every((c, Atom(after.quantity, "<="), Atom(before.quantity, ">=")))
         return Some((c, after, before) if asked.first > 0 else (c, after))
 
+    def told(c: Condition, number: int) -> Condition:
+        return timed(c if laws is None else laws.simpler(c, number))
+
     dwelling = []
     for number, known in enumerate(model.definitions):
-        dwelling.append(timed(condition(model.dwelling(asked.condition, number), known, is_denied)))
+        dwelling.append(told(condition(model.dwelling(asked.condition, number), known, is_denied), number))
     names = {m.name for m in model.modes}
     landing = {
-        k: timed(landing_condition(model, k, asked.condition, is_denied))
+        k: told(landing_condition(model, k, asked.condition, is_denied), model.mode(e.target))
         for k, e in enumerate(model.automaton.edges)
         if e.source in names
     }

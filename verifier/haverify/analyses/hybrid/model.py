@@ -56,6 +56,8 @@ class HybridModel:
     variables: tuple[str, ...]
     places: tuple[Place, ...]
     origins: tuple[int | None, ...]
+    # Modes of a system, as written, whose edges are not listed.
+    open: frozenset[str] = frozenset()
     # For each mode, the automaton's edge that each of the kernel's edges stands for.
     edges: list[list[int]] = field(default_factory=list)
     # Fields as the kernel takes them, by automaton, names of the state and mode: for claims without modes of their own.
@@ -148,8 +150,9 @@ def hybrid_model(
     assumed = tuple(c for e in assumed for c in members(e) if not keeps(c, ranges, values))
     variables = tuple(v.name for v in given.vars)
     return HybridModel(
-        spec, automaton, values, modes, names, starts, known, assumed, used, variables, places, found.edges
-    )
+        spec, automaton, values, modes, names, starts, known, assumed, used, variables, places, found.edges,
+        given.open,
+    )  # fmt: skip
 
 
 def _lets(definitions: Definitions) -> dict[str, Expr]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from fractions import Fraction
+from typing import TypeVar
 
+from haverify.analyses.hybrid.conserved import Conserved
 from haverify.analyses.hybrid.goal import Asked, asked_of, judged_of
 from haverify.analyses.hybrid.inputs import Chosen
 from haverify.analyses.hybrid.listing import Judged, listings
@@ -15,6 +17,7 @@ from haverify.analyses.hybrid.starts import Box
 from haverify.maths.interval import Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
+from haverify.obligations.translate import OutsideFragmentError
 from haverify.solvers.kernel import (
     Budget,
     ModeListing,
@@ -44,6 +47,17 @@ FINER = 1e-3  # times the error aimed at, where the usual one did not do
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
 FAR = 100.0  # s; where there are jumps, a longer horizon does not make steps longer
+
+
+T = TypeVar("T", Stretch, RecordedStretch)
+
+
+class OpenModesError(OutsideFragmentError):
+    """Runs come to modes of a system whose edges are not listed: `modes`, by name."""
+
+    def __init__(self, modes: frozenset[str]) -> None:
+        super().__init__("runs come to modes of a system whose edges are not listed")
+        self.modes = modes
 
 
 @record
@@ -87,15 +101,15 @@ class Question:
     points: dict[tuple[int, Box], list[Stretch]] = field(default_factory=dict)
 
 
-def question_of(model: HybridModel, claim: Claim, goal: Goal) -> Question:
-    """A goal of a claim, compiled.
+def question_of(model: HybridModel, claim: Claim, goal: Goal, laws: Conserved | None = None) -> Question:
+    """A goal of a claim, compiled; comparisons of what is kept by `laws` are decided by the starts.
 
     Raises
     ------
     OutsideFragmentError    if it is none that flowpipes speak of, or a number in it is none that they can compute with
     """
     asked = asked_of(model, claim, goal)
-    judged = judged_of(model, asked)
+    judged = judged_of(model, asked, laws)
     compared: list[list[tuple[Expr, str, int]]] = []
     for q in (asked.last, *(end for s in model.starts for ends in s.box for end in ends)):
         enclosed(q)
@@ -106,13 +120,29 @@ def follow(question: Question, start: Start, box: Box, until: str, is_finer: boo
     """The tree that encloses all runs from a box of starts: up to the horizon it is grown once for all claims."""
     if until == "horizon":
         tree, is_new = _tree(question, start, box, is_finer)
-        return stretches(tree) if is_new else judged(tree, question.modes, _known(question, start, box))
+        known = _known(question, start, box)
+        return _listed(question, stretches(tree) if is_new else judged(tree, question.modes, known))
     horizon = Interval.at(max(question.asked.last, INSTANT)).high
     given = start.mode, sides(box), _known(question, start, box)
     settings, budget = settings_of(question, box, is_finer), _budget(question)
     if until == "passed":
         settings, budget = replace(settings, steps=LAPS), replace(budget, stretches=RETURNS)
-    return reach(question.modes, given, horizon, until, settings, budget)
+    return _listed(question, reach(question.modes, given, horizon, until, settings, budget))
+
+
+def _listed(question: Question, tree: list[T]) -> list[T]:
+    """The stretches.
+
+    Raises
+    ------
+    OpenModesError    where they come to modes whose edges are not listed
+    """
+    model = question.model
+    found = frozenset(model.places[s.mode].mode for s in tree)
+    if found & model.open:
+        raise OpenModesError(found & model.open)
+    question.trees.seen |= found
+    return tree
 
 
 def _budget(question: Question) -> Budget:
@@ -156,17 +186,18 @@ def grow_all(question: Question, pieces: Sequence[Piece]) -> None:
 def from_the_middle(question: Question, piece: Piece) -> list[Stretch]:
     """What the tree of a piece shows of the runs from its middle."""
     tree, _ = _tree(question, piece.start, piece.box, piece.is_finer)
-    return judged(tree, question.modes, _known(question, piece.start, piece.box), is_middle=True)
+    known = _known(question, piece.start, piece.box)
+    return _listed(question, judged(tree, question.modes, known, is_middle=True))
 
 
 def follow_record(question: Question, piece: Piece, until: Q) -> list[RecordedStretch]:
     """The polynomials of the same tree; where there are jumps, a little beyond an instant, and without cuts."""
     if not question.model.jumps and until == question.asked.last:
-        return recorded(_tree(question, piece.start, piece.box, piece.is_finer)[0])
+        return _listed(question, recorded(_tree(question, piece.start, piece.box, piece.is_finer)[0]))
     most = RECORDED * len(piece.tree) or STRETCHES
     budget = replace(_budget(question), stretches=most, cuts=0)
     settings = recorded_settings(question, piece, until)
-    return recorded(_grown(question, piece.start, piece.box, _beyond(until), settings, budget)[0])
+    return _listed(question, recorded(_grown(question, piece.start, piece.box, _beyond(until), settings, budget)[0]))
 
 
 def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:

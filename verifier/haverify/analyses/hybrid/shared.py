@@ -31,6 +31,8 @@ class Trees:
 
     # Trees that were grown for a question which has not looked at them yet.
     fresh: set[Hashable] = field(default_factory=set)
+    # The modes to which runs came, where not all modes of a system are listed.
+    seen: set[str] = field(default_factory=set)
     # Automata written out, beside what they were.
     _written: list[tuple[HybridAutomaton, Expanded]] = field(default_factory=list)
 

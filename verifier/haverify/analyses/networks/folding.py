@@ -5,11 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from haverify.model.core import expr_from_json
+from haverify.model.expression import Expr
 from haverify.obligations.translate import OutsideFragmentError
 
 Json = Any
 CLOSED = {"<": "<=", "<=": "<=", ">": ">=", ">=": ">=", "==": "=="}
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
+
+
+def expression(e: Json) -> Expr:
+    """The expression that some JSON is.
+
+    Raises
+    ------
+    OutsideFragmentError    where it reads a let that has no value there
+    """
+    waiting = [e]
+    while waiting:
+        n = waiting.pop()
+        if isinstance(n, list):
+            if n[:1] == ["undefined"]:
+                raise OutsideFragmentError(f"`{n[1]}` has no value in some mode in which it is read")
+            waiting += n
+    return expr_from_json(e)
 
 
 def both(conditions: Iterable[Json]) -> Json:

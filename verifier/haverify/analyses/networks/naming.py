@@ -134,12 +134,15 @@ class Place:
         return {x["name"] for x in self.model[f"{kind}s"]}
 
     def _let(self, name: str) -> Json:
+        """What a let stands for: by mode; where each mode has its own, that of the last is not asked for."""
         common = next((o["expr"] for o in self.model["lets"] if o["name"] == name), None)
+        modes = self.model.get("modes", ())
+        cases = [(m["name"], o["expr"]) for m in modes for o in m["lets"] if o["name"] == name]
         out: Json = ["undefined", self.prefix + name] if common is None else self.flat(common)
-        for m in self.model.get("modes", ()):
-            own = next((o["expr"] for o in m["lets"] if o["name"] == name), None)
-            if own is not None:
-                out = ["if", ["at", self.prefix + m["name"]], self.flat(own), out]
+        if common is None and self.is_open and modes and len(cases) == len(modes):
+            out = self.flat(cases.pop()[1])
+        for mode, e in cases:
+            out = ["if", ["at", self.prefix + mode], self.flat(e), out]
         return out
 
     def resets(self, given: Sequence[Json]) -> tuple[Json, ...]:

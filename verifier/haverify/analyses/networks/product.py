@@ -5,24 +5,24 @@ How it is put together, name by name and in which order, is docs/core.md section
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import product
 from typing import Any
 
-from haverify.analyses.networks.folding import assigned, both, closed, denied, either, settled
+from haverify.analyses.networks.folding import assigned, both, closed, denied, either, expression, settled
 from haverify.analyses.networks.naming import Edge as PartEdge
 from haverify.analyses.networks.naming import Interaction, Place
 from haverify.analyses.networks.network import mentioned, part_of
 from haverify.model.claim import Claim
-from haverify.model.core import expr_from_json, expr_to_json
+from haverify.model.core import expr_to_json
 from haverify.model.expression import FALSE, Expr, rebuild
 from haverify.model.hybrid import Assign, Edge, FlowLine, HybridAutomaton, Init, Input, Mode, Output, Param, Range
 from haverify.model.hybrid import Variable as Var
 from haverify.model.spec import Spec
 from haverify.model.system import System
 from haverify.obligations.translate import OutsideFragmentError
-from haverify.text.record import holder, record, replace
+from haverify.text.record import field, holder, record, replace
 
 Json = Any
 Combined = tuple[str, ...]
@@ -31,6 +31,10 @@ Ways = list[tuple[int, PartEdge]]
 MODES = 2000  # a system with more is not put together
 EDGES = 40_000
 JOINING = " with "
+
+
+class TooManyError(OutsideFragmentError):
+    """A system has too many modes, or edges, to be put together."""
 
 
 @record
@@ -52,6 +56,12 @@ class Product:
     spec: Spec
     core: Mapping[str, Json]
     name: str
+    # The modes whose edges are listed, None for all; the others are `open`.
+    left: frozenset[str] | None = None
+    most: int = MODES
+    open: set[str] = field(default_factory=set)
+    _joints: dict[Combined, list[Joint]] = field(default_factory=dict)
+    _kept: dict[tuple[Combined, bool], Mode] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         system = next(s for s in self.core["systems"] if s["name"] == self.name)
@@ -68,24 +78,31 @@ class Product:
         self.interactions = self.root.interactions()
         self.names: dict[str, tuple[str, ...]] = {}
         self.starts = list(self._starts())
+        self.started = frozenset(self.named(m) for m, _, _ in self.starts)
+        if self.left is not None:
+            self.left |= self.started
+        self.modes, self.joined = self._reached()
+
+    def list_edges(self, modes: Iterable[str]) -> None:
+        """List the edges of the modes of starts and of these."""
+        self.left = self.started | frozenset(modes)
         self.modes, self.joined = self._reached()
 
     def automaton(self, with_lets: bool = True) -> HybridAutomaton:
         """The automaton whose runs are those of the system; its lets are those of the system."""
         inits = tuple(
-            Init(self.named(m), expr_from_json(where), tuple(self._assigns(assigns)))
-            for m, where, assigns in self.starts
+            Init(self.named(m), expression(where), tuple(self._assigns(assigns))) for m, where, assigns in self.starts
         )
         own = self.models[self.name].lets if with_lets else ()
         lets = [(o, self.root.flat(expr_to_json(o.expr))) for o in own]
-        modes = tuple(self._mode(m, lets) for m in self.modes)
+        modes = tuple(self._mode_once(m, lets) for m in self.modes)
         edges = tuple(
-            Edge(j.name, self.named(m), self.named(j.target), j.is_urgent, expr_from_json(j.guard), done)
+            Edge(j.name, self.named(m), self.named(j.target), j.is_urgent, expression(j.guard), done)
             for m, j in self.joined for done in [tuple(self._assigns(j.resets))]
         )  # fmt: skip
         return HybridAutomaton(
             self.name, (), tuple(self._params()), tuple(self._inputs()), tuple(self._variables()), (), inits, modes,
-            edges, (), is_system=True,
+            edges, (), is_system=True, open=frozenset(self.open),
         )  # fmt: skip
 
     def claim(self, claim: Claim) -> Claim:
@@ -120,7 +137,7 @@ class Product:
         return frozenset(p.prefix + m for p, m in zip(self.parts, modes, strict=True))
 
     def _flat(self, place: Place, e: Expr) -> Expr:
-        flat = expr_from_json(place.flat(expr_to_json(e)))
+        flat = expression(place.flat(expr_to_json(e)))
         return replace(flat, unit=e.unit, span=e.span)
 
     # ---- what is declared ----
@@ -150,7 +167,7 @@ class Product:
         """A param or an input under its full name, with the range that it is bound to where there is one."""
         given = place.bound[x.name]["to"] if x.name in place.bound else None
         if given is not None and place.outer is not None:
-            ends = [expr_from_json(place.outer.flat(given[k])) for k in ("low", "high")]
+            ends = [expression(place.outer.flat(given[k])) for k in ("low", "high")]
             return replace(x, name=place.prefix + x.name, range=Range(ends[0], ends[1]))
         flat = x.range and Range(self._flat(place, x.range.low), self._flat(place, x.range.high))
         return replace(x, name=place.prefix + x.name, range=flat)
@@ -178,23 +195,30 @@ class Product:
     def _assigns(resets: Sequence[Json]) -> Iterator[Assign]:
         for r in resets:
             if "to" in r:
-                yield Assign(r["var"], expr_from_json(r["to"]))
+                yield Assign(r["var"], expression(r["to"]))
             else:
-                yield Assign(r["var"], Range(expr_from_json(r["low"]), expr_from_json(r["high"])))
+                yield Assign(r["var"], Range(expression(r["low"]), expression(r["high"])))
 
     def _reached(self) -> tuple[list[Combined], list[tuple[Combined, Joint]]]:
         """The modes that edges lead to, breadth first, guards aside unless they are plainly false; and these edges."""
         found = list(dict.fromkeys(m for m, _, _ in self.starts))
         known, edges = set(found), list[tuple[Combined, Joint]]()
+        self.open.clear()
+        self.names.clear()
         for modes in found:  # which grows
-            for joint in self._leaving(modes):
+            if self.left is not None and self.named(modes) not in self.left:
+                self.open.add(self.named(modes))
+                continue
+            if modes not in self._joints:
+                self._joints[modes] = list(self._leaving(modes))
+            for joint in self._joints[modes]:
                 edges.append((modes, joint))
                 self.names[joint.name] = joint.names
                 if joint.target not in known:
                     known.add(joint.target)
                     found.append(joint.target)
-            if len(found) > MODES or len(edges) > EDGES:
-                raise OutsideFragmentError(f"more than {MODES} modes of all parts together, or {EDGES} edges")
+            if len(found) > self.most or len(edges) > EDGES:
+                raise TooManyError(f"more than {self.most} modes of all parts together, or {EDGES} edges")
         return found, edges
 
     def _leaving(self, modes: Combined) -> Iterator[Joint]:
@@ -281,6 +305,12 @@ class Product:
 
     # ---- one mode ----
 
+    def _mode_once(self, modes: Combined, lets: Sequence[tuple[Output, Json]]) -> Mode:
+        key = modes, bool(lets)
+        if key not in self._kept:
+            self._kept[key] = self._mode(modes, lets)
+        return self._kept[key]
+
     def _mode(self, modes: Combined, lets: Sequence[tuple[Output, Json]]) -> Mode:
         present = self._present(modes)
         here = [next(m for m in p.model["modes"] if m["name"] == n) for p, n in zip(self.parts, modes, strict=True)]
@@ -288,11 +318,11 @@ class Product:
         flows = [(p, m["flow"]) for p, m in zip(self.parts, here, strict=True)]
         flows += [(p, p.model["flow"]) for p in self.places if not p.is_automaton]
         lines = tuple(self._line(p, f, present) for p, flow in flows for f in flow)
-        own = tuple(replace(o, expr=expr_from_json(settled(e, present))) for o, e in lets)
-        return Mode(self.named(modes), expr_from_json(domain), lines, own, all(m["terminal"] for m in here))
+        own = tuple(replace(o, expr=expression(settled(e, present))) for o, e in lets)
+        return Mode(self.named(modes), expression(domain), lines, own, all(m["terminal"] for m in here))
 
     @staticmethod
     def _line(place: Place, f: Json, present: frozenset[str]) -> FlowLine:
-        ends = {k: expr_from_json(settled(place.flat(e), present)) for k, e in f.items() if k != "var"}
+        ends = {k: expression(settled(place.flat(e), present)) for k, e in f.items() if k != "var"}
         rate = ends["rate"] if "rate" in ends else Range(ends["low"], ends["high"])
         return FlowLine(place.prefix + f["var"], rate)
