@@ -445,6 +445,9 @@ impl<'a> Analysis<'a> {
         if self.is_answered(walk.stretch.jump.as_ref().map(|j| &j.claim)) {
             return Ok(End::Answered);
         }
+        if let Some(end) = self.jumped_at_once(walk)? {
+            return Ok(end);
+        }
         let mut h = walk.flow.settings().first_step.min(walk.flow.settings().longest_step);
         while walk.stretch.segments.len() < self.settings.steps && self.taken < TREE * self.settings.steps {
             self.taken += 1;

@@ -8,7 +8,7 @@ use crate::hybrid::{Judgement, Mode, Segment, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{values, IntervalRing, Op, Ring, Tape};
-use crate::walk::{before, judged, Clock, Walk};
+use crate::walk::{before, judged, kept, Clock, Walk};
 use std::ops::Add;
 
 impl Walk<'_> {
@@ -33,7 +33,7 @@ impl Walk<'_> {
                 is_middle: false,
             };
             let seen = judge.seen(depth)?;
-            self.stretch.is_certain &= seen.stays;
+            self.stretch.is_certain &= seen.stays && seen.lasts;
             self.stretch.segments.push(seen.of(taken));
         }
         Ok(())
@@ -72,14 +72,15 @@ impl Judge<'_> {
 
     fn seen_of(&self, states: &[Model], hull: Vec<Interval>, depth: u32) -> Result<Seen, Fault> {
         let time = self.range(states.last().ok_or(Fault::Unknown)?)?;
-        let mut look = Look { claim: judged(None, time, false), keeps_window: true, stays: true, watched: None };
+        let mut look =
+            Look { claim: judged(None, time, false), keeps_window: true, stays: true, lasts: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
         self.look(self.taken.part, states, depth, &mut look)?;
         if self.may_be_over()? {
             (look.claim.met, look.claim.violated) = (None, None);
         }
-        let Look { claim, keeps_window, stays, watched } = look;
-        Ok(Seen { time, states: hull, watched: watched.unwrap_or_default(), claim, keeps_window, stays })
+        let Look { claim, keeps_window, stays, lasts, watched } = look;
+        Ok(Seen { time, states: hull, watched: watched.unwrap_or_default(), claim, keeps_window, stays, lasts })
     }
 
     /// The states that are read where a part is judged: those of watched quantities, and the time.
@@ -126,8 +127,12 @@ impl Judge<'_> {
 
     fn look(&self, part: (f64, f64), states: &[Model], depth: u32, seen: &mut Look) -> Result<(), Fault> {
         let Some(watched) = self.watched(states)? else { return Ok(()) };
+        let Some(lasts) = self.lasts(part, states, &watched) else { return Ok(()) };
         // Where the domain holds nowhere there is no run to judge.
-        let Some(mut known) = self.mode.kept(&watched) else { return Ok(()) };
+        let Some(mut known) = self.mode.kept(&watched) else {
+            seen.lasts &= lasts;
+            return Ok(());
+        };
         if part.0 == 0.0 && !self.known.is_empty() {
             self.add_known(states, &mut known);
         }
@@ -137,7 +142,7 @@ impl Judge<'_> {
             seen.stays = false;
             return Ok(());
         }
-        if (claim.is_none() || window != Some(true) || rest.is_none()) && depth > 0 {
+        if (claim.is_none() || window != Some(true) || rest.is_none() || !lasts) && depth > 0 {
             let middle = 0.5 * (part.0 + part.1);
             let halves = [(part.0, middle), (middle, part.1)];
             return halves.into_iter().try_for_each(|half| {
@@ -148,8 +153,22 @@ impl Judge<'_> {
         let time = self.range(states.last().ok_or(Fault::Unknown)?)?;
         let raw = self.mode.claim.truth(&watched);
         seen.stays &= rest == Some(true);
-        let is_certain = self.is_certain && seen.stays && raw == claim && window == Some(true);
+        seen.lasts &= lasts;
+        let is_certain = self.is_certain && seen.stays && seen.lasts && raw == claim && window == Some(true);
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
+    }
+
+    /// Whether all runs in some states are certainly judged: where an assumption fails a run is there, and judged no longer
+    /// (LANGUAGE S25). `None` where the domain holds nowhere.
+    fn lasts(&self, part: (f64, f64), states: &[Model], watched: &[Interval]) -> Option<bool> {
+        let mut inside = kept(&self.mode.domain, watched)?;
+        if self.mode.facts.is_empty() {
+            return Some(true);
+        }
+        if part.0 == 0.0 && !self.known.is_empty() {
+            self.add_known(states, &mut inside);
+        }
+        Some(self.mode.rest.truth(&inside) == Some(true))
     }
 
     /// Use that what holds where the stretch starts goes on to hold while its quantity moves away from zero.
@@ -199,11 +218,13 @@ pub(crate) struct Seen {
     claim: Judgement,
     keeps_window: bool,
     stays: bool,
+    /// Whether all runs are certainly judged.
+    lasts: bool,
 }
 
 impl Seen {
     pub(crate) fn of(self, taken: Taken) -> Segment {
-        let Seen { time, states, watched, claim, keeps_window, stays } = self;
+        let Seen { time, states, watched, claim, keeps_window, stays, .. } = self;
         Segment { taken, time, states, watched, claim, keeps_window, stays }
     }
 }
@@ -232,6 +253,8 @@ struct Look {
     keeps_window: bool,
     /// Whether what else the domain says holds so far.
     stays: bool,
+    /// Whether all runs so far are certainly judged.
+    lasts: bool,
     watched: Option<Vec<Interval>>,
 }
 

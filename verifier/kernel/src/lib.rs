@@ -31,6 +31,7 @@ mod frame;
 pub mod halt;
 pub mod hybrid;
 pub mod inputs;
+mod instantly;
 pub mod interval;
 mod judging;
 pub mod kinematics;

@@ -103,7 +103,7 @@ impl Walk<'_> {
     }
 
     /// Where an edge may be taken: an urgent one is due also where its guard holds right after (LANGUAGE S8).
-    fn due_guard(&self, number: usize) -> Guard {
+    pub(crate) fn due_guard(&self, number: usize) -> Guard {
         let edge = &self.mode.edges[number];
         let closed = |&(at, c): &(usize, Comparison)| (at, if edge.is_urgent { c.closed() } else { c });
         edge.guard.iter().filter(|(_, c)| !(edge.is_urgent && *c == Comparison::Differ)).map(closed).collect()

@@ -169,19 +169,26 @@ def _is_followed(tree: Sequence[Stretch], number: int | None) -> bool:
 
 
 def _never_met(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:
-    """The run along certain stretches that goes past the bound without ever meeting the goal."""
-    number = 0
-    while True:
+    """The run along certain stretches that never meets the goal: it goes past the bound, or is stuck before (S20)."""
+    open_ones = [0]
+    while open_ones:
+        number = open_ones.pop()
         s = tree[number]
         if not _certainly_fails(s):
-            return None
-        if s.end == "horizon":
-            last = s.stages[-1].time
-            return _run(question, start, point, tree, number, last, is_landing=False)
-        following = [i for i, t in enumerate(tree) if t.parent == number]
-        number = next((i for i in following if tree[i].is_certain), -1)
-        if s.end != "jumped" or number < 0:
-            return None
+            continue
+        if s.end == "horizon" or _is_stuck(question, tree, number):
+            return _run(question, start, point, tree, number, s.stages[-1].time, is_landing=False)
+        if s.end == "jumped":
+            open_ones += [i for i, t in reversed(list(enumerate(tree))) if t.parent == number and t.is_certain]
+    return None
+
+
+def _is_stuck(question: Question, tree: Sequence[Stretch], number: int) -> bool:
+    """Whether the run of a certain stretch leaves its domain where no edge is possible; inputs might keep it inside."""
+    s, model = tree[number], question.model
+    is_free = bool(question.driven or model.assumed) or any(m.terminal for m in model.modes)
+    is_free |= question.asked.to_the_end  # S21: it only keeps a signal's claim from being proved
+    return s.end == "left" and bool(s.stages) and not is_free and all(t.parent != number for t in tree)
 
 
 def _run(
@@ -264,7 +271,7 @@ def _ordered(model: HybridModel, reals: Mapping[str, Q], mode: int) -> tuple[tup
 
 def _states_at(s: Stretch, when: Pair, is_landing: bool) -> Sequence[Pair]:
     """The states in the step with some instants; right after the jump for a landing."""
-    if is_landing and s.jump is not None:
+    if s.jump is not None and (is_landing or not s.stages):
         return s.jump.after
     return next((g.states for g in s.stages if g.time[0] <= when[0] and when[1] <= g.time[1]), s.stages[-1].states)
 
