@@ -23,6 +23,8 @@ pub(crate) struct Crossing {
 const LOOKS: u32 = 5;
 /// Rounds of Newton's iteration: each doubles the degree that is right.
 const ROUNDS: usize = 4;
+/// How often the rate is looked at, each time farther beyond the instants found.
+const REACHES: usize = 2;
 
 /// The rate of a quantity along a field, inputs in the middle.
 fn rate(space: &Space, quantity: &Tape, field: &Tape, at: &[Model]) -> Result<Model, Fault> {
@@ -72,14 +74,9 @@ impl Flow<'_> {
         }
         let states = step.path.states_at(&instant, usize::MAX, &[])?;
         let defect = self.space.range(&values(&self.space, quantity, &states)?[0])?.norm();
-        // What lies after the last instant is looked at as well, as far as the true one may be from it.
-        let until = (reached.high() + 0.01 * step.h).min(step.h);
-        let way = Interval::new(0.0, until)?;
-        let Some(least) = self.least_rate(step, quantity, way, is_rising) else { return Ok(None) };
-        let error = if defect == 0.0 { 0.0 } else { raised(raised(defect) / least) };
-        if (reached.high() + raised(error)).next_up() > until {
+        let Some((error, until)) = self.apart(step, quantity, is_rising, reached.high(), defect)? else {
             return Ok(None);
-        }
+        };
         let window = Interval::new((reached.low() - raised(error)).next_down().max(0.0), until)?;
         let speeds = self.speeds(&self.space, &self.states(step, window)?)?;
         let mut moved = Vec::with_capacity(states.len());
@@ -92,9 +89,34 @@ impl Flow<'_> {
         Ok(Some(Crossing { instant, states: moved }))
     }
 
+    /// How far the true instants are from those found, of which this is the last, and an instant of the step after all of
+    /// them up to which the rate has one sign: what lies beyond is looked at no further than needed.
+    fn apart(
+        &self,
+        step: &Step,
+        quantity: &Tape,
+        is_rising: bool,
+        last: f64,
+        defect: f64,
+    ) -> Result<Option<(f64, f64)>, Fault> {
+        let mut beyond = 0.01 * step.h;
+        for _ in 0..REACHES {
+            let until = (last + beyond).min(step.h);
+            let Some(least) = self.least_rate(step, quantity, Interval::new(0.0, until)?, is_rising) else {
+                return Ok(None);
+            };
+            let error = if defect == 0.0 { 0.0 } else { raised(raised(defect) / least) };
+            if (last + raised(error)).next_up() <= until {
+                return Ok(Some((error, until)));
+            }
+            beyond = 1.5 * error;
+        }
+        Ok(None)
+    }
+
     /// About when the states of the set make a crossing, which may be after the step; nothing depends on it being right.
     pub(crate) fn approach(&self, step: &Step, quantity: &Tape, is_rising: bool) -> Option<Model> {
-        let ends = [1.0, 2.0, 4.0, 8.0, 16.0].map(|factor| factor * step.h);
+        let ends = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0].map(|factor| factor * step.h);
         let first = ends.into_iter().find_map(|end| self.root(step, quantity, is_rising, end))?;
         self.refined(step, quantity, first)
     }

@@ -27,6 +27,8 @@ use std::sync::Arc;
 /// How much longer a step may be where nothing can happen on the way: what is judged are parts of it.
 const STRIDE: f64 = 2.0;
 
+/// How much longer a step is tried where a set at paces of its own does not come to its crossing in one.
+const LONGER: f64 = 1.25;
 /// How many more variables than the state a set may have.
 const SPARE: usize = 1;
 /// How many times the steps of one stretch all of them together may have.
@@ -454,7 +456,9 @@ impl<'a> Analysis<'a> {
             let left = left.max(self.settings.least_step);
             let (step, next) = walk.flow.step(if h < left { h } else { left.next_up() })?;
             let quiet = walk.quiet(&step, 0.0, step.h, self.settings.depth + 2);
-            if quiet >= step.h {
+            if quiet >= step.h && !walk.spreading.has_begun && walk.pace_ahead(&step)? {
+                // The same way again, at the new pace.
+            } else if quiet >= step.h {
                 self.pass(walk, &step)?;
                 h = next;
             } else if walk.spreading.has_begun {
@@ -466,6 +470,8 @@ impl<'a> Analysis<'a> {
                 return Ok(end);
             } else if walk.pace(&step)? {
                 // The same way again, at the new pace.
+            } else if let Some(end) = self.crossed_later(walk, (LONGER * step.h).min(left.next_up()))? {
+                return Ok(end);
             } else if quiet > step.h / 16.0 {
                 h = next.min(step.h);
                 let step = walk.flow.shortened(step, quiet)?;
@@ -559,6 +565,15 @@ impl<'a> Analysis<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// The same in a longer step than is usual: what the set misses may take it that long to cross.
+    fn crossed_later(&mut self, walk: &mut Walk<'a>, wanted: f64) -> Result<Option<End>, Fault> {
+        if walk.paced == 0 {
+            return Ok(None);
+        }
+        let (longer, _) = walk.flow.step(wanted)?;
+        self.crossed(walk, &longer)
     }
 
     /// Take the jumps at a crossing and those that are possible before it, if it ends the stretch and no urgent edge may

@@ -36,6 +36,7 @@ mod judging;
 pub mod kinematics;
 pub mod matrix;
 pub mod models;
+mod pacing;
 pub mod path;
 pub mod program;
 #[cfg(feature = "python")]

@@ -10,10 +10,6 @@ use crate::path::Path;
 use crate::series::{values, Ring, Tape};
 use crate::sets::Set;
 use crate::spreading::Spreading;
-use std::ops::Div;
-
-/// How often the pace of a stretch may be changed.
-const PACES: usize = 3;
 
 /// A stretch being followed.
 pub(crate) struct Walk<'a> {
@@ -158,31 +154,6 @@ impl Walk<'_> {
     /// The time at the start of the next step.
     pub(crate) fn time(&self) -> Result<Interval, Fault> {
         self.set()?.hull()?.pop().ok_or(Fault::Unknown)
-    }
-
-    /// Let the states of the set move at paces of their own, so that all come to the crossing of a quantity at about the
-    /// same instant. Paces are further variables that do not change, after those of the state.
-    pub(crate) fn pace(&mut self, step: &Step) -> Result<bool, Fault> {
-        let way = self
-            .events()
-            .into_iter()
-            .find_map(|(at, is_rising)| self.flow.approach(step, &self.quantity(at), is_rising));
-        let may = self.paced < PACES && self.mode.inputs.is_none();
-        let Some(way) = way.filter(|_| may) else { return Ok(false) };
-        let longest = self.flow.space.range(&way)?;
-        if longest.low() <= 0.0 {
-            return Ok(false);
-        }
-        let mut set = self.set()?;
-        let inverse = Interval::exactly(1.0)?.div(Interval::exactly(longest.high())?)?;
-        let mut pace = set.space.scale(&way, inverse)?;
-        if let Some(known) = self.flow.set()?.models.get(set.models.len()) {
-            pace = set.space.mul(&pace, known)?;
-        }
-        set.models.push(pace);
-        self.flow = Flow::new(&self.mode.paced, set, self.flow.settings());
-        self.paced += 1;
-        Ok(true)
     }
 
     /// A watched quantity alone.

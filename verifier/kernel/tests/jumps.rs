@@ -236,6 +236,54 @@ fn a_jump_that_may_wait_is_made_at_any_time() {
     assert!(tree.iter().all(|s| matches!(s.end, End::Horizon | End::Jumped { .. } | End::Cut)));
 }
 
+/// `x' = -x / 10` down to 1, then at rest: from `x` the jump is after `10 log x`.
+fn decay(start: Interval) -> Vec<Stretch> {
+    let field = |rate: f64| tape(vec![Op::Variable(0), exactly(rate), Op::Mul(0, 1), exactly(1.0)], vec![2, 3], 2);
+    let watch = tape(vec![Op::Variable(0), exactly(1.0), Op::Sub(0, 1)], vec![2], 2);
+    let edge = Edge {
+        target: 1,
+        is_urgent: true,
+        guard: vec![(0, Comparison::AtMost)],
+        reset: tape(vec![Op::Variable(0), Op::Variable(1)], vec![0, 1], 2),
+        choices: 0,
+        landing: tape(vec![Op::Variable(0)], vec![0], 4),
+        claim: Condition::Constant(true),
+    };
+    let mode = |rate: f64, domain, edges| Mode {
+        field: field(rate),
+        paced: paced(&field(rate)).expect("a tape"),
+        watch: watch.clone(),
+        domain,
+        rest: Condition::Constant(true),
+        inputs: None,
+        facts: Vec::new(),
+        claim: Condition::Constant(true),
+        window: Condition::Constant(true),
+        edges,
+    };
+    let modes = [mode(-0.1, vec![(0, Comparison::AtLeast)], vec![edge]), mode(0.0, Vec::new(), Vec::new())];
+    let start = Start { mode: 0, sides: vec![start, interval(0.0, 0.0)], known: Vec::new() };
+    let budget = Budget { jumps: 1, stretches: 10, cuts: 0 };
+    reach(&modes, &start, 25.0, Until::Horizon, &settings(), &budget).expect("a tree")
+}
+
+#[test]
+fn a_set_that_takes_many_steps_to_cross_does_so_as_a_whole() {
+    let tree = decay(interval(4.0, 6.0));
+    assert_eq!(tree.len(), 2);
+    assert_eq!(tree[0].end, End::Jumped { may_be_stuck: false });
+    assert!(tree[1].is_certain && tree[1].end == End::Horizon);
+    let found = tree[1].jump.as_ref().expect("it jumps").time;
+    let (soonest, latest) = (10.0 * 4f64.ln(), 10.0 * 6f64.ln());
+    assert!(found.low() <= soonest && latest <= found.high(), "{found:?}");
+    assert!(soonest - found.low() < 0.3 && found.high() - latest < 0.3, "{found:?}");
+    // Each start jumps in what is found for it alone, and that is in what is found for all.
+    for x in [4.0, 4.7, 5.5, 6.0] {
+        let alone = decay(interval(x, x))[1].jump.as_ref().expect("it jumps").time;
+        assert!(alone.contains(10.0 * f64::ln(x)) && found.low() <= alone.low() && alone.high() <= found.high());
+    }
+}
+
 #[test]
 fn positions_that_do_not_exist_are_refused() {
     let mut edge = bounce(true);
