@@ -45,10 +45,10 @@ def bracket(spec: Spec, automaton: HybridAutomaton, claim: Claim, end: Q) -> Bra
     plain = replace(claim, goals=(goal,), time=None, jumps=None, using=(), which=())
     for found in _through(spec, automaton, plain, goal, end):
         after = _end_after(spec, automaton, plain, found)
-        last = max(x.time[1] for x in found.landings)
+        last, before = max(x.time[1] for x in found.landings), (low, high)
         low, most = max(low, found.low), found.jumps
         high = high if after is None else min(high, max(last + after, found.ended))
-        if high - low <= NEAR * high:
+        if high - low <= NEAR * high or (low, high) == before:
             break
     return Bracket(low, high, most) if most else None
 
