@@ -373,7 +373,8 @@ def _by_rates(context: Context, claim: Claim, budget: Fraction, before: Evidence
         found = decide_flow(rated.spec, rated.automaton, rated.claim, context.core, budget, stated=stated)
     except OutsideFragmentError:
         return before
-    return before if isinstance(found.verdict, Unknown) else found
+    is_known = isinstance(before.verdict, Unknown) and before.verdict.kind != "fragment"
+    return before if is_known and isinstance(found.verdict, Unknown) else found
 
 
 def _missing(spec: Spec, claim: Claim) -> str | None:

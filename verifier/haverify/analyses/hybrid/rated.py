@@ -1,4 +1,4 @@
-"""Inputs with bounded rates as variables: any slope within the bounds, and runs are judged while the values are in range.
+"""Inputs with bounded rates as variables: any slope within the bounds, and runs are judged while values are in range.
 
 Such an input is a continuous function of time with slopes between two numbers, and jumps leave it alone (LANGUAGE S3):
 a variable with an inclusion for its flow, whose start is any value of the range. Flows that leave the range are those
