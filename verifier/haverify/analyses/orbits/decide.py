@@ -171,7 +171,9 @@ def _recorded(found: Found, goal: Goal, proof: Proof, areas: Sequence[Part], nam
     made = recorded_orbit(proof.plane, proof.fixed, proof.passed, areas, goal.attracting, name)
     if made is None:
         return found
-    return replace(found, entry={**found.entry, **made.entry}, files=made.files)
+    low, high = (float(Q(q)) for q in made.entry["period"])
+    more = f"the certificate is about a period from {low:.6g} to {high:.6g}; digits and multipliers are enclosed"
+    return replace(found, entry={**found.entry, **made.entry}, files=made.files, notes=(*found.notes, more))
 
 
 def _judged(goal: Goal, proof: Proof, areas: Sequence[Part], unbounded: str) -> Found:
