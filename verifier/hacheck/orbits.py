@@ -43,7 +43,7 @@ def shown_orbit(question: Question, entry: Json) -> Shown:
         _contracts(box, found, [number(q) for q in entry["sizes"]], number(entry["factor"]))
     else:
         _returns(box, found, laps.middle(box), [[number(q) for q in row] for row in entry["back"]])
-    if question.goal["attracting"]:
+    if question.goal["attracting"] is not False:
         if "factor" not in entry:
             raise Refused("an orbit that is not shown to attract")
         _come_in(question, Laps(scope, mode, section, question.setting.load(entry["basin"]), []), box)
