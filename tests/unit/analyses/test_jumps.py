@@ -68,6 +68,17 @@ automaton A {
   }
 }
 """
+STOPPED = """
+automaton A {
+  var x
+  init Go where 0.5 <= x <= 0.6
+  mode Go {
+    flow { x' = x }
+    urgent edge stop: -> Rest when x >= 1
+  }
+  mode Rest { terminal; flow { x' = 0 } }
+}
+"""
 
 
 @pytest.fixture
@@ -111,6 +122,9 @@ def decided(tmp_path: Path) -> Decide:
         (THROWN, "within 0.9; never jump(hit)", Refuted),
         (THROWN, "can reach jump(hit) within 0.9", Proved),
         (THROWN, "reach jump(hit) within 0.9", Refuted),
+        # A run that ends in a terminal mode has met what holds there.
+        (STOPPED, "reach at(Rest) within 0.7", Proved),
+        (STOPPED, "reach at(Rest) within 0.5", Refuted),
         (BALL.replace("domain h >= 0", "domain h >= 0 or v > 0"), "within 1; always h <= 1.2", Proved),
         (BALL.replace("domain h >= 0", "domain h >= 0 or v > 0"), "within 1; always v <= 3.8", Refuted),
         (BALL.replace("domain h >= 0", "domain h >= 0 and (h >= 0.5 or v < -9)"), "within 1; always v <= 2", Proved),
