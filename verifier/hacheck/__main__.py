@@ -38,7 +38,8 @@ def understood(claim: Json, assumed: list[Json]) -> str:
     for g in claim["goals"]:
         during = f" during [{', '.join(map(text, g['window']))}]" if g["window"] else ""
         within = f" within {text(g['within'])}" if g["within"] is not None else ""
-        goals.append(f"{g['kind']}{during} {text(g['condition'])}{within}")
+        more = " attracting" if g.get("attracting", False) is not False else ""
+        goals.append(f"{g['kind']}{during} {text(g['condition'])}{within}{more}")
     limits = [text(claim["horizon"]["time"]) + " s"] if claim["horizon"]["time"] is not None else []
     limits += [f"{claim['horizon']['jumps']} jumps"] if claim["horizon"]["jumps"] is not None else []
     extra = "".join(f"; assume {text(a)}" for a in assumed + claim["assume"])

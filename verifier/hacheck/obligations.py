@@ -182,6 +182,10 @@ class Question:
             from hacheck.along import shown_along
 
             return shown_along(self, entry)
+        if kind == aim == "cycle":
+            from hacheck.orbits import shown_orbit
+
+            return shown_orbit(self, entry)
         raise Beyond(f"a goal `{aim!s:.20}` shown in this way")
 
     def _cells(self, entry: Json, positive: bool) -> Shown:

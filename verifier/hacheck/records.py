@@ -43,10 +43,10 @@ class Stay(NamedTuple):
 class Record:
     """A file of recorded polynomials: what is common to all its steps."""
 
-    def __init__(self, scope: Scope, data: Json) -> None:
+    def __init__(self, scope: Scope, data: Json, moving: list[str] | None = None) -> None:
         if (data["schema"], data["automaton"]) != ("haverify.flow/1", scope.automaton["name"]):
             raise Refused("a recorded flow has another schema, or is of another automaton")
-        self.scope, self.data, self.moving = scope, data, list(scope.types)
+        self.scope, self.data, self.moving = scope, data, moving or list(scope.types)
         if len(self.moving) > MOST_MOVING:
             raise Beyond("a recorded flow has many variables")
         self.set = list(data["set"])

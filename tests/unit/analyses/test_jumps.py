@@ -56,6 +56,29 @@ automaton A {
   mode Off { domain x >= 18; flow { x' = -0.1 * x }; edge on: -> On when x <= 19 }
 }
 """
+THROWN = """
+automaton A {
+  var h
+  var v
+  init Up where h == 0 and 3.9 <= v <= 4.1
+  mode Up {
+    domain h >= 0
+    flow { h' = v; v' = -8 }
+    urgent edge hit: -> Up when h >= 1 and v >= 0 do v := -v / 2
+  }
+}
+"""
+STOPPED = """
+automaton A {
+  var x
+  init Go where 0.5 <= x <= 0.6
+  mode Go {
+    flow { x' = x }
+    urgent edge stop: -> Rest when x >= 1
+  }
+  mode Rest { terminal; flow { x' = 0 } }
+}
+"""
 
 
 @pytest.fixture
@@ -95,6 +118,13 @@ def decided(tmp_path: Path) -> Decide:
         (HEATER, "within 2; always 17.9 <= x <= 22.1", Proved),
         (HEATER, "within 2; always x <= 20.8", Refuted),
         (HEATER, "can reach at(Off) and x < 18.5 within 1", Refuted),
+        # A start on the border of the domain is one; thrown up at 3.9 to 4.1 it comes 0.95 to 1.05 high.
+        (THROWN, "within 0.9; never jump(hit)", Refuted),
+        (THROWN, "can reach jump(hit) within 0.9", Proved),
+        (THROWN, "reach jump(hit) within 0.9", Refuted),
+        # A run that ends in a terminal mode has met what holds there.
+        (STOPPED, "reach at(Rest) within 0.7", Proved),
+        (STOPPED, "reach at(Rest) within 0.5", Refuted),
         (BALL.replace("domain h >= 0", "domain h >= 0 or v > 0"), "within 1; always h <= 1.2", Proved),
         (BALL.replace("domain h >= 0", "domain h >= 0 or v > 0"), "within 1; always v <= 3.8", Refuted),
         (BALL.replace("domain h >= 0", "domain h >= 0 and (h >= 0.5 or v < -9)"), "within 1; always v <= 2", Proved),

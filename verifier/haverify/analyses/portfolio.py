@@ -352,11 +352,29 @@ def _by_flowpipe(context: Context, claim: Claim, reason: str, units: int) -> Evi
     from haverify.analyses.hybrid.shared import Trees
 
     context.trees = context.trees or Trees()
+    budget = Fraction(units, ENOUGH)
     try:
-        budget = Fraction(units, ENOUGH)
-        return decide_flow(context.spec, context.automaton, claim, context.core, budget, context.trees)
+        found = decide_flow(context.spec, context.automaton, claim, context.core, budget, context.trees)
     except OutsideFragmentError as e:
-        return Evidence(Unknown("fragment", str(e)), (), TAYLOR)
+        found = Evidence(Unknown("fragment", str(e)), (), TAYLOR)
+    return _by_rates(context, claim, budget, found) if isinstance(found.verdict, Unknown) else found
+
+
+def _by_rates(context: Context, claim: Claim, budget: Fraction, before: Evidence) -> Evidence:
+    """What flowpipes show where bounds of the rates of inputs count; before that, what their ranges show."""
+    from haverify.analyses.hybrid.decide import decide_flow
+    from haverify.analyses.hybrid.rated import with_rates
+
+    rated = with_rates(context.spec, context.automaton, claim)
+    if rated is None:
+        return before
+    try:
+        stated = context.hashes, claim
+        found = decide_flow(rated.spec, rated.automaton, rated.claim, context.core, budget, stated=stated)
+    except OutsideFragmentError:
+        return before
+    is_known = isinstance(before.verdict, Unknown) and before.verdict.kind != "fragment"
+    return before if is_known and isinstance(found.verdict, Unknown) else found
 
 
 def _missing(spec: Spec, claim: Claim) -> str | None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from haverify.model.hybrid import Variable
+from haverify.model.hybrid import Input, Variable
 from haverify.model.spec import Spec
 from haverify.report.numbers import decimal
 
 
-def shown(spec: Spec, v: Variable, q: Fraction) -> str:
+def shown(spec: Spec, v: Variable | Input, q: Fraction) -> str:
     """A decimal; the name of a truth value or of a value of an enumeration."""
     if v.type == "bool":
         return "true" if q else "false"

@@ -12,7 +12,7 @@ from operator import ge, gt, le, lt
 from haverify.evidence.run import Run, Step
 from haverify.maths.digits import rational_text
 from haverify.model.expression import Expr
-from haverify.model.hybrid import Edge, HybridAutomaton, Mode, Param, Range, Variable
+from haverify.model.hybrid import Edge, HybridAutomaton, Input, Mode, Param, Range, Variable
 from haverify.model.spec import Spec
 from haverify.report import report
 from haverify.report.numbers import agreed, decimal
@@ -20,6 +20,9 @@ from haverify.report.values import shown
 from haverify.text.record import record
 
 State = dict[str, Fraction]
+
+
+Named = Param | Variable | Input
 
 
 class _NotExact(Exception):
@@ -40,7 +43,7 @@ class _Scope:
 def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | None) -> report.Run:
     """The run with its modes, edges, instants and states; it ends early where a value is no rational."""
     if run.path:
-        own: tuple[Param | Variable, ...] = (*automaton.params, *automaton.vars)
+        own: tuple[Named, ...] = (*spec.inputs, *automaton.inputs, *automaton.params, *automaton.vars)
         return enclosed(spec, {x.name: x for x in own}, run, violation)
     modes, edges, times, states = [run.mode], list[str](), [Fraction(0)], [dict(run.values)]
     try:
@@ -58,15 +61,15 @@ def describe(spec: Spec, automaton: HybridAutomaton, run: Run, violation: str | 
     return _shown(modes, edges, times, states, told, run, _units(spec, automaton), violation)
 
 
-def enclosed(spec: Spec, named: Mapping[str, Param | Variable], run: Run, violation: str | None) -> report.Run:
+def enclosed(spec: Spec, named: Mapping[str, Named], run: Run, violation: str | None) -> report.Run:
     """A run along flows: its start exactly, what comes later to as many digits as its enclosures agree on.
 
-    `named` has the variables, and params besides those of the spec.
+    `named` has the variables and inputs, and params besides those of the spec.
     """
     modes = [p.mode for p in run.path[:-1]]
     edges = [p.edge for p in run.path[1:-1] if p.edge is not None]
     start, of_run = dict(run.values), dict(run.params)
-    told = [{name: shown(spec, v, q) for name, q in start.items() if isinstance(v := named[name], Variable)}]
+    told = [{name: shown(spec, v, q) for name, q in start.items() if not isinstance(v := named[name], Param)}]
     told += [{name: agreed(low, high) for name, low, high in p.values} for p in run.path[1:]]
     return report.Run(
         mode_path=modes,
@@ -86,7 +89,7 @@ def _units(spec: Spec, automaton: HybridAutomaton) -> dict[str, str]:
     return _known_units([*spec.params, *automaton.params, *automaton.vars])
 
 
-def _known_units(named: Iterable[Param | Variable]) -> dict[str, str]:
+def _known_units(named: Iterable[Named]) -> dict[str, str]:
     return {x.name: str(x.unit) for x in named if x.unit is not None and str(x.unit) != "1"}
 
 

@@ -30,7 +30,7 @@ from haverify.evidence.verdict import Proved, Refuted, Unknown, Verdict
 from haverify.model.claim import Claim
 from haverify.model.hybrid import HybridAutomaton
 from haverify.model.spec import Spec
-from haverify.obligations.obligation import hashes
+from haverify.obligations.obligation import Hashes, hashes
 from haverify.obligations.translate import OutsideFragmentError
 from haverify.text.record import record, replace
 
@@ -49,11 +49,12 @@ def decide_flow(
     budget: Q = USUAL,
     trees: Trees | None = None,
     with_laws: bool = False,
+    stated: tuple[Hashes, Claim] | None = None,
 ) -> Evidence:
     """What enclosures of all runs show of a claim on an automaton with flows; `budget` is the work allowed, 1 is usual.
 
     `trees` are those of other claims on the automaton. With laws comparisons of what all runs keep are decided by the
-    starts, which a record does not show.
+    starts, which a record does not show. `stated` are the hashes and the claim as written, where these are others.
 
     Raises
     ------
@@ -77,11 +78,11 @@ def decide_flow(
     shown = next((a.drawing for a in answers if a.verdict is verdict), answers[0].drawing)
     if isinstance(verdict, Unknown):
         return Evidence(verdict, parts, METHOD, flowpipe=shown)
-    known = hashes(spec, automaton, core)
+    known, written_claim = stated or (hashes(spec, automaton, core), claim)
     entries = []
     cells: dict[str, Json] = {}
-    for number, (goal, answer) in enumerate(zip(claim.goals, answers, strict=True)):
-        digest = known.part(known.goal(claim, goal), "flow", parts[0].where, "")
+    for number, (goal, answer) in enumerate(zip(written_claim.goals, answers, strict=True)):
+        digest = known.part(known.goal(written_claim, goal), "flow", parts[0].where, "")
         entries.append({**answer.entry, "hash": digest} if answer.entry else {})
         if answer.record is not None:
             name = entries[-1]["flow"] = record_name(claim.name, number)

@@ -115,9 +115,11 @@ def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:
     ------
     OutsideFragmentError    if the claim may depend on that
     """
-    if any(m.terminal for m in model.modes) and (
-        goal.kind == "reach" or first > 0 or any(n.op == "time" for n in nodes(goal.condition))
-    ):
+    terminal = [number for number, m in enumerate(model.modes) if m.terminal]
+    # A run that ends where the goal is met whatever the state has met it.
+    is_met = all(model.dwelling(goal.condition, number).op == "true" for number in terminal)
+    is_late = first > 0 or any(n.op == "time" for n in nodes(goal.condition))
+    if terminal and (is_late or (goal.kind == "reach" and not is_met)):
         raise OutsideFragmentError("a run may end in a terminal mode, and the claim speaks of later instants")
 
 

@@ -206,13 +206,13 @@ def _known(question: Question, start: Start, box: Box) -> list[tuple[int, str]]:
     sides = dict(zip(model.names, box, strict=True))
     found = []
     for quantity, op, place in question.compared[start.mode]:
-        ends = _exact(quantity, sides, model.definitions[start.mode])
+        ends = exact_range(quantity, sides, model.definitions[start.mode])
         if ends is not None and ((op == "<=" and ends[1] <= 0) or (op == ">=" and ends[0] >= 0)):
             found.append((place, op))
     return found
 
 
-def _exact(e: Expr, sides: Mapping[str, tuple[Q, Q]], known: Mapping[tuple[str, str], Expr]) -> tuple[Q, Q] | None:
+def exact_range(e: Expr, sides: Mapping[str, tuple[Q, Q]], known: Mapping[tuple[str, str], Expr]) -> tuple[Q, Q] | None:
     """The exact range of a sum of multiples of variables over a box, by interval arithmetic; None for other forms."""
     if e.op == "num":
         return Q(str(e.args[0])), Q(str(e.args[0]))
@@ -220,10 +220,10 @@ def _exact(e: Expr, sides: Mapping[str, tuple[Q, Q]], known: Mapping[tuple[str, 
         return sides.get(e.name)
     if e.op in ("let", "const"):
         inner = known.get((e.op, e.name))
-        return None if inner is None else _exact(inner, sides, known)
+        return None if inner is None else exact_range(inner, sides, known)
     if e.op not in ("+", "-", "neg"):
         return None
-    ends = [_exact(c, sides, known) for c in e.children]
+    ends = [exact_range(c, sides, known) for c in e.children]
     if any(x is None for x in ends):
         return None
     first, *rest = (x for x in ends if x is not None)

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, takewhile
 
-from haverify.analyses.hybrid.conditions import Every, closed, condition
+from haverify.analyses.hybrid.conditions import Definitions, Every, closed, condition, members
 from haverify.analyses.hybrid.inputs import choices
 from haverify.analyses.hybrid.listing import Watched, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
-from haverify.analyses.hybrid.question import Piece, Question, follow, sides
+from haverify.analyses.hybrid.question import Piece, Question, exact_range, follow, sides
 from haverify.analyses.hybrid.starts import Box, points
 from haverify.evidence.run import Passage, Run, Step
 from haverify.model.expression import Expr
@@ -107,8 +107,13 @@ def certainly_admissible(question: Question, start: Start, box: Box) -> bool:
     model = question.model
     known, mode = model.definitions[start.mode], model.modes[start.mode]
     at = Situation(model.places[start.mode].mode)
-    conditions = [condition(residual(e, at), known) for e in start.rest]
-    conditions += [closed(condition(residual(mode.domain, at), known)), *question.judged.assumed[start.mode]]
+    ends = dict(zip(model.names, box, strict=True))
+    conditions = [
+        condition(e, known) for r in start.rest for e in members(residual(r, at)) if not _holds_exactly(e, ends, known)
+    ]
+    inside = (e for e in members(residual(mode.domain, at)) if not _holds_exactly(e, ends, known, is_closed=True))
+    conditions += [closed(condition(e, known)) for e in inside]
+    conditions += question.judged.assumed[start.mode]
     if all(c is True for c in conditions):
         return True
     variables = {n: i for i, n in enumerate(model.names)}
@@ -121,6 +126,18 @@ def certainly_admissible(question: Question, start: Start, box: Box) -> bool:
     settings = Settings(1, 1, 1e-9, 1e-3, 1e-3, 1e-9, 10, 0)
     (stretch,) = reach([listing], (0, sides(box), []), 1e-3, "horizon", settings, Budget(0, 1, 0))
     return bool(stretch.stages) and all(g.claim.holds for g in stretch.stages)
+
+
+def _holds_exactly(e: Expr, ends: Mapping[str, tuple[Q, Q]], known: Definitions, is_closed: bool = False) -> bool:
+    """Whether a comparison of sums holds in all of a box, by exact arithmetic: at a border enclosures cannot tell."""
+    op = {"<": "<=", ">": ">="}.get(e.op, e.op) if is_closed else e.op
+    if op not in ("<", "<=", ">", ">=", "=="):
+        return False
+    apart = exact_range(Expr("-", e.children), ends, known)
+    if apart is None:
+        return False
+    low, high = apart
+    return {"<": high < 0, "<=": high <= 0, ">": low > 0, ">=": low >= 0, "==": low == high == 0}[op]
 
 
 def _run_from(question: Question, start: Start, point: Sequence[Q]) -> Run | None:

@@ -16,12 +16,14 @@ from typing import Any
 from haverify.analyses.hybrid.goal import reads_time
 from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.model import HybridModel, hybrid_model
+from haverify.analyses.hybrid.record import record_name
 from haverify.analyses.orbits.basin import Arrivals, Part, basin, parts
 from haverify.analyses.orbits.guesses import Guesses
 from haverify.analyses.orbits.linear import Disc, discs
 from haverify.analyses.orbits.newton import Fixed
 from haverify.analyses.orbits.orbit import Passed, Plane
 from haverify.analyses.orbits.passing import Section, sections
+from haverify.analyses.orbits.recorded import recorded_orbit
 from haverify.analyses.orbits.telling import entry_of, told
 from haverify.analyses.orbits.unreturned import never_returns
 from haverify.evidence.certificate import certificate
@@ -49,6 +51,7 @@ class Found:
     text: str = ""
     entry: Json = None
     notes: tuple[str, ...] = ()
+    files: Json = None
 
 
 @record
@@ -73,7 +76,7 @@ def decide_cycle(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Jso
     if goal.within is not None:
         longest = model.values.number(goal.within)
     try:
-        found = _found(model, goal, longest)
+        found = _found(model, goal, longest, record_name(claim.name, 0))
     except Fault as e:
         found = Found(Unknown("orbit", f"an enclosure failed: {e}"))
     where = model.automaton.modes[0].name
@@ -83,7 +86,8 @@ def decide_cycle(spec: Spec, automaton: HybridAutomaton, claim: Claim, core: Jso
     known = hashes(spec, automaton, core)
     entry = {**found.entry, "hash": known.part(known.goal(claim, goal), "flow", where, "")}
     word = "proved" if isinstance(found.verdict, Proved) else "refuted"
-    return Evidence(found.verdict, (part,), METHOD, certificate(claim.name, word, [entry], None), notes=found.notes)
+    stated = certificate(claim.name, word, [entry], None)
+    return Evidence(found.verdict, (part,), METHOD, stated, cells=found.files or {}, notes=found.notes)
 
 
 def _goal(spec: Spec, claim: Claim) -> Goal:
@@ -111,7 +115,7 @@ def _model(spec: Spec, automaton: HybridAutomaton, goal: Goal) -> HybridModel:
     return replace(model, automaton=automaton)
 
 
-def _found(model: HybridModel, goal: Goal, longest: Q | None) -> Found:
+def _found(model: HybridModel, goal: Goal, longest: Q | None, name: str) -> Found:
     pinned = sections(model, goal.condition)
     if not pinned:
         return Found(Unknown("vacuous", "no state is on the section"))
@@ -125,7 +129,7 @@ def _found(model: HybridModel, goal: Goal, longest: Q | None) -> Found:
                 f"a periodic orbit was proved, with a period of {end.midpoint:.15g}, but a shorter one is claimed"
             )
             continue
-        return _judged(goal, proof, areas, unbounded)
+        return _recorded(_judged(goal, proof, areas, unbounded), goal, proof, areas, name)
     gone = (never_returns(model, goal.condition, a, longest) for a in areas if longest is not None)
     if areas and longest is not None and all(gone):
         return Found(Refuted(), "no run from the section returns to its start in time", {"kind": "cycle"})
@@ -158,6 +162,18 @@ def _proofs(
                 yield Proof(plane, fixed, passed, tuple(discs(fixed.lap.slopes)))
         except Fault:
             continue
+
+
+def _recorded(found: Found, goal: Goal, proof: Proof, areas: Sequence[Part], name: str) -> Found:
+    """What is proved, with a record for the checker where it can follow one."""
+    if not isinstance(found.verdict, Proved):
+        return found
+    made = recorded_orbit(proof.plane, proof.fixed, proof.passed, areas, goal.attracting, name)
+    if made is None:
+        return found
+    low, high = (float(Q(q)) for q in made.entry["period"])
+    more = f"the certificate is about a period from {low:.6g} to {high:.6g}; digits and multipliers are enclosed"
+    return replace(found, entry={**found.entry, **made.entry}, files=made.files, notes=(*found.notes, more))
 
 
 def _judged(goal: Goal, proof: Proof, areas: Sequence[Part], unbounded: str) -> Found:

@@ -27,6 +27,7 @@ TRUE = Expr("true")
 JUMPS = (2, 4, 6, 8, 12, 16, 24, 32)  # how many are followed, one after the other, as far as that works
 ROOM, EACH = 24, 4  # stretches that may be followed for them, and for each of them more
 CUTS = 2
+STEPS = 100  # of one stretch; a tree has at most twice as many
 
 
 @record
@@ -86,7 +87,7 @@ def followed(
 def _tree(question: Question, start: FlowStart, horizon: Q, jumps: int) -> list[Stretch]:
     budget = Budget(jumps, ROOM + EACH * jumps, CUTS)
     until = Interval.at(horizon).high
-    settings = settings_of(question, start.box, False)
+    settings = replace(settings_of(question, start.box, False), steps=STEPS)
     return reach(question.modes, (start.mode, sides(start.box), []), until, "horizon", settings, budget)
 
 
