@@ -96,11 +96,11 @@ def set_of(names: Names, piece: Box) -> list[str]:
     return [v for v, (low, high) in pairs if high - low > max(1e-14 * max(abs(low), abs(high)), 1e-305)]
 
 
-def precision(steps: Sequence[Step]) -> int | None:
+def precision(steps: Sequence[Step], finest: int = PRECISION) -> int | None:
     """How many bits behind the point coefficients may have; None where their numbers would be too long."""
     rows = [row for _, x in steps for v in x for row in v if row]
     most = max((max(max(row), -min(row)) for row in rows), default=1.0)
-    bits = min(PRECISION, int(DIGITS * 3.32) - 1 - frexp(most)[1])
+    bits = min(finest, int(DIGITS * 3.32) - 1 - frexp(most)[1])
     return bits if bits >= COARSEST else None
 
 

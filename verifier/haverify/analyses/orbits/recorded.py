@@ -36,7 +36,8 @@ SPREAD = Q(1, 160)  # of a variable's size: wider sets are not followed at once
 MOST_MOVING = 16  # variables; the checker takes no more
 STEPS = 1000
 LATE, BEYOND = 0.8, 1.2  # of a lap: it ends in between
-SLACK = Q(1, 2000)  # of the period
+PRECISION = 46  # bits behind the point; errors grow in a lap
+SLACK = {False: Q(1, 50_000), True: Q(1, 2000)}  # of the period: laps from such boxes, of fixed points or round ones
 
 
 @record
@@ -64,7 +65,7 @@ def recorded_orbit(plane: Plane, fixed: Fixed, passed: Passed, areas: Sequence[P
         return None
     share = ROUND if attracting else NEAR
     box = {v: _around(passed.state[v], share * Q(plane.sizes[v])) for v in pinned.box}
-    period = [Q(fixed.lap.time.midpoint) * (1 + sign * SLACK) for sign in (-1, 1)]
+    period = [Q(fixed.lap.time.midpoint) * (1 + sign * SLACK[attracting]) for sign in (-1, 1)]
     shown = _contraction(plane, fixed, pinned) if attracting else _newton(fixed)
     if shown is None:
         return None
@@ -140,7 +141,7 @@ class Recording:
         """The record of laps from a box, cut into pieces; None where no lap of some piece is found."""
         leaves = list[Leaf]()
         tree = self._tree(box, DEEPEST, leaves)
-        bits = precision([step for leaf in leaves for _, step in leaf])
+        bits = precision([_in_units(step) for leaf in leaves for _, step in leaf], PRECISION)
         if tree is None or bits is None:
             return None
         varied = [v for v, (low, high) in box.items() if low < high]
@@ -198,6 +199,12 @@ class Recording:
             if time > late and before[1] < 0 < after[0]:
                 return list(steps[: n + 1])
         return None
+
+
+def _in_units(step: Step) -> Step:
+    """A step with time in units of its length: coefficients are as large as in the record."""
+    h, series = step
+    return 1.0, [[[c * h**i for c in row] for i, row in enumerate(x)] for x in series]
 
 
 def _reach(series: list[list[float]], t: float, sign: int, value: float) -> tuple[float, float]:
