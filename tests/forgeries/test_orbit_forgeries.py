@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from copy import deepcopy
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +14,9 @@ from typing import Any
 import pytest
 
 from hacheck.core import Core
+from hacheck.laps import Lap
 from hacheck.obligations import Question, Setting, established
+from hacheck.orbits import _contracts
 from hacheck.rational import Refused
 from haverify.analyses.orbits.decide import decide_cycle
 from haverify.model.core import canonical, to_core
@@ -227,3 +230,12 @@ def _refused(automaton: str, claim: str, damage: Damage) -> None:
     assert (core, certificate, files) != before
     with pytest.raises((Refused, KeyError, IndexError, TypeError, ValueError)):
         shown(core, certificate, files)
+
+
+def test_returns_of_pieces_are_no_contraction_of_the_whole() -> None:
+    """Each half of a box may come into the other, after one lap here and two laps there: no orbit need be as short."""
+    half, zero = Fraction(1, 2), (Fraction(0), Fraction(0))
+    lap, box = Lap((Fraction(1), Fraction(1)), [zero], [[zero]], [zero]), {"x": (Fraction(-1), Fraction(1))}
+    _contracts(box, [lap], [Fraction(1)], half)
+    with pytest.raises(Refused):
+        _contracts(box, [lap, lap], [Fraction(1)], half)

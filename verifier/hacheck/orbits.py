@@ -2,7 +2,8 @@
 
 P holds on the box X of the plane `v = value`. All runs from X come to the plane again, which they cross at a certain
 speed: the return R is a smooth map of X. It has a fixed point where Krawczyk's operator maps X into its interior, or
-where R maps X into itself and contracts it, in the greatest component in units of given sizes (Banach). In the latter
+where R maps X into itself and contracts it, in the greatest component in units of given sizes (Banach). For both all
+of X makes one lap: returns of its pieces need not be parts of one continuous map. In the latter
 case all runs from X tend to the orbit, and so do all that come to X: those of a box that holds all states with P.
 """
 
@@ -85,8 +86,8 @@ def _is_in(lap: Lap, box: Box) -> bool:
 
 def _contracts(box: Box, laps: list[Lap], sizes: list[Fraction], factor: Fraction) -> None:
     """Raise Refused unless the box comes into itself, and derivatives, so also means of them, contract."""
-    if len(sizes) != len(box) or any(d <= 0 for d in sizes) or not 0 <= factor < 1:
-        raise Refused("sizes or a factor that are no such")
+    if len(laps) != 1 or len(sizes) != len(box) or any(d <= 0 for d in sizes) or not 0 <= factor < 1:
+        raise Refused("a contraction is shown by one lap, sizes and a factor below 1")
     if not all(_is_in(lap, box) for lap in laps):
         raise Beyond("a lap leads out of its box")
     for row, own in ((r, d) for lap in laps for r, d in zip(lap.slopes, sizes, strict=True)):

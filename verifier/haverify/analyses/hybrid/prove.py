@@ -163,7 +163,8 @@ def _end(tree: Sequence[Stretch], s: Stretch) -> float:
 def _note(question: Question, failed: Iterable[Failed]) -> None:
     """How far it is shown of all starts, and what is in the way of the first."""
     first = min(failed, key=lambda f: f.reached)
-    question.reached, question.trouble = first.reached, first.trouble
+    # That a stretch was followed far enough for some of its runs says nothing of the others.
+    question.reached, question.trouble = first.reached, first.trouble if first.trouble != "answered" else ""
 
 
 def undecided(question: Question) -> Unknown:
