@@ -171,6 +171,33 @@ def test_landings_are_starts_at_time_zero_and_say_when_they_are() -> None:
 def test_the_report_says_when_from_both_sides() -> None:
     spec, _, _ = read(ball(claim="always time <= 3").strip())
     (note,) = decide_all(spec)["p"].notes
-    assert "they accumulate between 2.99" in note and "and 3" in note and "(enclosed)" in note
+    assert "accumulate do so between 2.99" in note and "and 3" in note and "(enclosed)" in note
     spec, _, _ = read(ball(claim="always h <= 5").strip())
     assert all("between" not in n for n in decide_all(spec)["p"].notes)
+
+
+MANY = """spec "c" version "1.0" unitless
+automaton Ball {
+  var h
+  var v
+  init Fly where h == 10 and v == 0
+  mode Fly {
+    domain h >= 0
+    flow { h' = v; v' = -9.81 }
+EDGES
+  }
+}
+property early on Ball { always time <= 3 }
+property high on Ball { always time >= 2.9 implies h >= 5 }
+property ended on Ball { always time <= 4.5 }
+"""
+
+
+def test_of_more_landings_than_are_followed_none_is_forgotten() -> None:
+    """By the last edge alone the ball bounces until 3 sqrt(20 / 9.81), by the others it hardly does."""
+    shares = [*["0.1"] * 6, "0.5"]
+    edges = [f"    urgent edge e{k}: -> Fly when h <= 0 and v < 0 do v := -{q} * v" for k, q in enumerate(shares)]
+    spec, _, _ = read(MANY.replace("EDGES", "\n".join(edges)))
+    found = decide_all(spec)
+    assert not any(isinstance(found[name].verdict, Proved) for name in ("early", "high"))
+    assert isinstance(found["ended"].verdict, Proved)

@@ -18,7 +18,9 @@ from haverify.analyses.hybrid.model import hybrid_model
 from haverify.analyses.portfolio import decide_all
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.polynomial import Polynomial
+from haverify.model.expression import Expr
 from haverify.model.spec import Spec
+from haverify.text.record import replace
 
 REACTION = "x' = -0.4 * x + 100 * y * z; y' = 0.4 * x - 100 * y * z - 1000 * y^2; z' = 1000 * y^2"
 PLANKTON = "x' = -x * y / (1 + x); y' = x * y / (1 + x) - 0.3 * y; z' = 0.3 * y"
@@ -26,6 +28,7 @@ BODY = "x' = y * z; y' = -2 * x * z; z' = x * y"
 DRIVEN = "x' = -3 * sin(x) + u; y' = 0; z' = 3 * sin(x) - u"
 CHAIN = "x' = -x + u; y' = x - y; z' = y - u"
 POINT = "x == 9.75 and y == 0.01 and z == 0.01"
+ROOT = Expr(">=", (Expr("sqrt", (Expr("var", ("y",)),)), Expr("num", (Q(-5),))))
 BOX = "9.5 <= x <= 10 and y == 0.01 and z == 0.01"
 
 
@@ -191,3 +194,18 @@ def test_what_is_very_large_is_not_looked_at() -> None:
     power = " * ".join(f"(1 + {a} * x + {b} * y + z)" for a, b in [(1, 2), (3, 4), (5, 6), (7, 8), (9, 10)] * 3)
     spec = spec_of(f"x' = {power}; y' = 1; z' = 0", POINT, "always x <= 9")
     assert conserved(hybrid_model(spec, spec.automata[0], [spec.claims[0].goals[0].condition])) is None
+
+
+def test_terms_that_have_no_value_do_not_cancel() -> None:
+    """Claims say that all they name is defined (LANGUAGE S1): the square root never is."""
+    claim = "reach z + sqrt(y - 2) - sqrt(y - 2) >= 0.5 within 2"
+    spec = spec_of("x' = -y; y' = x; z' = 0", "0.9 <= x <= 1 and -0.1 <= y <= 0.1 and 1 <= z <= 1.1", claim)
+    assert isinstance(decide_all(spec)["p"].verdict, Unknown)
+
+
+def test_a_claim_without_a_value_is_no_fault_of_the_claims_that_share_its_flowpipe() -> None:
+    spec = spec_of("x' = -y; y' = x; z' = 0", "0.9 <= x <= 1 and -0.1 <= y <= 0.1 and z == 1", "always x <= 5")
+    second = replace(spec.claims[0], name="q", goals=(replace(spec.claims[0].goals[0], condition=ROOT),))
+    found = decide_all(replace(spec, claims=(*spec.claims, second)))
+    assert isinstance(found["p"].verdict, Proved)
+    assert isinstance(found["q"].verdict, Unknown)

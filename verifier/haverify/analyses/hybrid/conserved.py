@@ -134,7 +134,7 @@ class Conserved:
     def _atom(self, a: Atom, number: int) -> Condition:
         try:
             p = self.normal.of(a.quantity, self.model.definitions[number])
-            if not p.variables or not set(p.variables) <= set(self.model.names):
+            if not p.variables or not self._is_defined(a.quantity, number):
                 return a
             if self.keeps(p):
                 ends = self.at_starts(p)
@@ -144,6 +144,11 @@ class Conserved:
         except TooLargeError:
             return a
         return Some((a, *(Atom(_expression(q), a.op) for q in others))) if others else a
+
+    def _is_defined(self, e: Expr, number: int) -> bool:
+        """Whether it is a polynomial as written: other terms may have no value, also where they cancel (S1)."""
+        alone = Normal()
+        return set(alone.of(e, self.model.definitions[number]).variables) <= set(self.model.names) and not alone.others
 
     def _others(self, p: Polynomial) -> list[Polynomial]:
         """The same at all states of runs, without one of the variables, by laws with one value at all starts."""

@@ -14,7 +14,7 @@ from haverify.analyses.hybrid.model import HybridModel, Start
 from haverify.analyses.hybrid.options import tuned
 from haverify.analyses.hybrid.shared import Trees
 from haverify.analyses.hybrid.starts import Box
-from haverify.maths.interval import Interval
+from haverify.maths.interval import Fault, Interval
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr
 from haverify.obligations.translate import OutsideFragmentError
@@ -120,14 +120,23 @@ def follow(question: Question, start: Start, box: Box, until: str, is_finer: boo
     """The tree that encloses all runs from a box of starts: up to the horizon it is grown once for all claims."""
     if until == "horizon":
         tree, is_new = _tree(question, start, box, is_finer)
-        known = _known(question, start, box)
-        return _listed(question, stretches(tree) if is_new else judged(tree, question.modes, known))
+        return _listed(question, stretches(tree) if is_new else _judged_again(question, start, box, is_finer, tree))
     horizon = Interval.at(max(question.asked.last, INSTANT)).high
     given = start.mode, sides(box), _known(question, start, box)
     settings, budget = settings_of(question, box, is_finer), _budget(question)
     if until == "passed":
         settings, budget = replace(settings, steps=LAPS), replace(budget, stretches=RETURNS)
     return _listed(question, reach(question.modes, given, horizon, until, settings, budget))
+
+
+def _judged_again(question: Question, start: Start, box: Box, is_finer: bool, tree: Tree) -> list[Stretch]:
+    """A tree of another claim with this one; where this may have no value on the way, the tree grown for it ends."""
+    try:
+        return judged(tree, question.modes, _known(question, start, box))
+    except Fault:
+        horizon = Interval.at(max(question.asked.last, INSTANT)).high
+        settings, budget = settings_of(question, box, is_finer), _budget(question)
+        return stretches(_wanted(question, start, box, horizon, settings, budget)[1]())
 
 
 def _listed(question: Question, tree: list[T]) -> list[T]:

@@ -27,6 +27,7 @@ TRUE = Expr("true")
 JUMPS = (2, 4, 6, 8, 12, 16, 24, 32)  # how many are followed, one after the other, as far as that works
 ROOM, EACH = 24, 4  # stretches that may be followed for them, and for each of them more
 CUTS = 2
+LEFT_OUT = "the stretches allowed were used up"  # of the last one; others that were to be followed are in no tree
 STEPS = 100  # of one stretch; a tree has at most twice as many
 
 
@@ -103,7 +104,9 @@ def _joined(landings: Sequence[Landing]) -> tuple[Landing, ...]:
 
 
 def _last_ones(tree: Sequence[Stretch], jumps: int) -> list[Stretch] | None:
-    """The stretches that begin with the last jump; None where runs may go on without having made it."""
+    """The stretches that begin with the last jump; None where runs may go on without it, or stretches are missing."""
+    if any(s.end == LEFT_OUT for s in tree):
+        return None
     parents = {s.parent for s in tree}
     for number, s in enumerate(tree):
         goes_on = s.end in ("jumped", "cut") or (s.end == "left" and number in parents)
