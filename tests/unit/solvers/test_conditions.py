@@ -6,10 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from haverify.elaborate.elaborate import elaborate
+from haverify.elaborate.files import Files
 from haverify.maths.polynomial import Polynomial, constant, variable
+from haverify.model.spec import Spec
 from haverify.solvers import univariate, z3
-from haverify.solvers.answer import Undecided
+from haverify.solvers.answer import Answer, Contradiction, Holds, Undecided
+from haverify.solvers.conditions import Condition, decide
+from haverify.solvers.frame import Frame, Scope
 from haverify.solvers.linear import Infeasible, Row, solve
+from haverify.solvers.literals import Literal
+from haverify.syntax.parse import parse
+from haverify.text.source import Source
 
 X, Y = variable("x"), variable("y")
 
@@ -105,19 +113,23 @@ def test_one_unknown_agrees_with_a_grid(data):
         assert all(v < 0 or (v == 0 and relation == "<=") for v, relation in values)
 
 
+def decided(declaration: str, condition: str, *extra: Literal) -> Answer:
+    """The answer for a condition on a param, beside literals."""
+    source = Source.of_text("t.ha", f'spec "t" version "1.0"\n{declaration}\nproperty p {{ holds {condition} }}')
+    spec: Spec | None = elaborate(parse(source)[0], Files({source.path: source}))[0]
+    assert spec is not None
+    return decide([Condition(spec.claims[0].goals[0].condition, Frame(Scope(spec, None)))], extra)
+
+
 @pytest.mark.parametrize(("bound", "is_possible"), [("3.14159", False), ("3.1416", True)])
 def test_pi_is_used_through_rationals_around_it(bound, is_possible):
-    from haverify.elaborate.elaborate import elaborate
-    from haverify.elaborate.files import Files
-    from haverify.solvers.answer import Contradiction, Holds
-    from haverify.solvers.conditions import Condition, decide
-    from haverify.solvers.frame import Frame, Scope
-    from haverify.syntax.parse import parse
-    from haverify.text.source import Source
-
-    text = f'spec "t" version "1.0"\nparam a: rad in [0 rad, {bound} rad]\nproperty p {{ holds a >= 180 deg }}'
-    source = Source.of_text("t.ha", text)
-    spec, _ = elaborate(parse(source)[0], Files({source.path: source}))
-    assert spec is not None
-    answer = decide([Condition(spec.claims[0].goals[0].condition, Frame(Scope(spec, None)))])
+    answer = decided(f"param a: rad in [0 rad, {bound} rad]", "a >= 180 deg")
     assert isinstance(answer, Holds if is_possible else Contradiction)
+
+
+@pytest.mark.parametrize("relation", ["<", "<=", "==", "!="])
+@pytest.mark.parametrize("value", [-1, 0, 1])
+def test_a_comparison_of_numbers_decides_beside_any_condition(relation, value):
+    holds = {"<": value < 0, "<=": value <= 0, "==": value == 0, "!=": value != 0}[relation]
+    answer = decided("param a: 1 in [0, 1]", "a >= 0", Literal(number(value), relation, None))
+    assert isinstance(answer, Holds if holds else Contradiction)

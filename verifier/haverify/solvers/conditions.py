@@ -44,6 +44,9 @@ def decide(conditions: Sequence[Condition], extra: Sequence[Literal] = ()) -> An
 
     Soundness       `Contradiction` is exact. `Holds` with `is_exact` is exact: the point can be checked by hand.
     """
+    never = next((q for q in extra if _is_false(q)), None)
+    if never is not None:
+        return Contradiction((never.origin,) if never.origin is not None else ())
     try:
         found = [tuple(extra)]
         for c in conditions:
@@ -54,6 +57,12 @@ def decide(conditions: Sequence[Condition], extra: Sequence[Literal] = ()) -> An
         return answer if _is_whole(answer, scope) else Undecided("a counter would have to be a fraction")
     except TooManyCasesError:
         return Undecided("the condition has too many cases")
+
+
+def _is_false(q: Literal) -> bool:
+    """Whether a literal compares numbers alone, and wrongly."""
+    value = q.poly.constant
+    return value is not None and not {"==": value == 0, "!=": value != 0, "<=": value <= 0, "<": value < 0}[q.relation]
 
 
 def _first(found: list[Case]) -> Answer:
