@@ -15,6 +15,8 @@ from haverify.analyses.hybrid.conditions import Atom, Some, condition
 from haverify.analyses.hybrid.conserved import Conserved, conserved, decides, kernel
 from haverify.analyses.hybrid.decide import decide_flow
 from haverify.analyses.hybrid.model import hybrid_model
+from haverify.analyses.hybrid.question import question_of
+from haverify.analyses.hybrid.runs import by_a_run
 from haverify.analyses.portfolio import decide_all
 from haverify.evidence.verdict import Proved, Refuted, Unknown
 from haverify.maths.polynomial import Polynomial
@@ -209,3 +211,13 @@ def test_a_claim_without_a_value_is_no_fault_of_the_claims_that_share_its_flowpi
     found = decide_all(replace(spec, claims=(*spec.claims, second)))
     assert isinstance(found["p"].verdict, Proved)
     assert isinstance(found["q"].verdict, Unknown)
+
+
+@pytest.mark.parametrize(("claim", "followed"), [("x + y + z >= 10", 1), ("x + y + z >= 11", 0), ("x >= 9.99", 3)])
+def test_starts_that_keep_the_goal_out_of_reach_are_not_followed(claim: str, followed: int) -> None:
+    spec = spec_of(PLANKTON, BOX, f"can reach time >= 1 and {claim}")
+    goal = spec.claims[0].goals[0]
+    question = question_of(hybrid_model(spec, spec.automata[0], [goal.condition]), spec.claims[0], goal)
+    _, run = by_a_run(question)
+    assert (run is not None) is (followed == 1)
+    assert len(question.points) == followed

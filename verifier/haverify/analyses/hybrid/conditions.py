@@ -62,6 +62,13 @@ def atoms(c: Condition) -> Iterator[Atom]:
             yield from atoms(member)
 
 
+def is_true(c: Condition) -> bool:
+    """Whether a condition holds whatever its comparisons say."""
+    if isinstance(c, bool | Atom):
+        return c is True
+    return (all if isinstance(c, Every) else any)(is_true(m) for m in c.members)
+
+
 def closed(c: Condition) -> Condition:
     """The condition as a domain is read: bounds closed, `!=` left out."""
     if isinstance(c, bool):

@@ -10,12 +10,13 @@ the quantity written without one of its variables.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from fractions import Fraction
 from functools import cached_property
 
 from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, condition
 from haverify.analyses.hybrid.inputs import fields
-from haverify.analyses.hybrid.model import HybridModel, hybrid_model
+from haverify.analyses.hybrid.model import HybridModel, Start, hybrid_model
 from haverify.analyses.hybrid.normal import Normal, TooLargeError
 from haverify.maths.bernstein import bounds
 from haverify.maths.polynomial import Polynomial, constant, total, variable
@@ -23,7 +24,7 @@ from haverify.model.claim import Claim
 from haverify.model.expression import Expr
 from haverify.model.hybrid import HybridAutomaton, Range
 from haverify.model.spec import Spec
-from haverify.text.record import field, holder, record
+from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 MOST = 24  # variables
@@ -97,6 +98,13 @@ class Conserved:
             if total(p.derivative(v) * rates[v] for v in p.variables if v in rates).whole:
                 return False
         return all(not (p.substitute(r) - p).whole for r in self.resets if set(r) & set(p.variables))
+
+    def alone(self, start: Start) -> Conserved:
+        """The same where runs have one start only."""
+        found = copy(self)
+        found.model = replace(self.model, starts=(start,))
+        found.__dict__.pop("laws", None)
+        return found
 
     def at_starts(self, p: Polynomial) -> tuple[Q, Q]:
         """The least and the greatest value on boxes around all starts."""

@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, takewhile
 
-from haverify.analyses.hybrid.conditions import Definitions, Every, closed, condition, members
+from haverify.analyses.hybrid.conditions import Definitions, Every, closed, condition, is_true, members
+from haverify.analyses.hybrid.conserved import conserved
+from haverify.analyses.hybrid.goal import judged_of
 from haverify.analyses.hybrid.inputs import choices
 from haverify.analyses.hybrid.listing import Watched, listings
 from haverify.analyses.hybrid.model import HybridModel, Start
@@ -35,15 +37,26 @@ def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
     model = question.model
     tried = [(s, p) for s in model.starts for p in points(s.box) if _is_admissible(question, s, p)]
+    open_ones = list(_not_ruled_out(question, tried)) if len(tried) > 1 else tried
     for chosen in choices(model):
         modes = listings(model, question.judged, chosen=chosen) if chosen else question.modes
         driven = replace(question, modes=modes, driven=chosen)
-        for start, point in tried:
+        for start, point in open_ones:
             run = _run_from(driven, start, point)
             if run is not None:
                 question.shown = driven.shown
                 return (start, point), run
     return (tried[0] if tried else None), None
+
+
+def _not_ruled_out(question: Question, tried: Sequence[Point]) -> Iterator[Point]:
+    """The starts of which what flows and jumps keep does not show that no run from there decides the goal."""
+    laws = None if question.model.open else conserved(question.model)
+    for start, point in tried:
+        alone = None if laws is None else laws.alone(replace(start, box=tuple((q, q) for q in point)))
+        judged = judged_of(question.model, question.asked, alone)
+        if not all(is_true(c) for c in (*judged.dwelling, *judged.landing.values())):
+            yield start, point
 
 
 def by_all(question: Question) -> Run | None:
