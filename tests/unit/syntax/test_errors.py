@@ -65,6 +65,7 @@ def test_messages(text: str, line: int, column: int, message: str) -> None:
         ("property p: always x < 1", "write `{ ... }` around what follows"),
         ("automaton A { init M: x == 1 }", "no colon stands here"),
         ("assume a = 1", "write `==` to compare"),
+        ("property p { always 1 < 2 within 3 s }", "begin a new line, or write `;`, before `within ...`"),
     ],
 )
 def test_what_other_languages_take_is_met_with_what_to_write(text: str, help: str) -> None:

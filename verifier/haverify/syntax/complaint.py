@@ -17,6 +17,7 @@ OPERATORS = ARITHMETIC | LOGIC | {"UNTIL", "DOT", "LPAR", "LSQB"}
 DANGLING = ARITHMETIC | LOGIC | {
     "EQUAL", "ASSIGN", "IF", "THEN", "ELSE", "WHEN", "DO", "COMMA", "COLON", "ARROW", "THEREFORE", "DOT",
 }  # fmt: skip
+LINES = ("within", "expect", "method", "using", "assume")
 KINDS = {"NAME": "a name", "STRING": "a string", "NUMBER": "a number", "UNIT": "a unit", "VERDICT": "a verdict"}
 ENDS = ("RPAR", "RSQB", "RBRACE", "_SEP")
 WRITE = {"≤": "<=", "≥": ">=", "≠": "!=", "∧": "and", "∨": "or", "¬": "not", "→": "->", "·": "*", "×": "*", "−": "-",
@@ -228,6 +229,8 @@ def _help_with_habits(failure: Failure) -> str | None:
         return "a unit follows a number, or a colon: `0.5 m/s`, `x: m/s`"
     if piece.kind == "NUMBER" and last in ("NUMBER", "INT"):
         return "write a unit below one with a power: `0.5 s^-1`"
+    if piece.text in LINES and "_SEP" in row:
+        return f"begin a new line, or write `;`, before `{piece.text} ...`"
     if piece.text == '""':
         return "write `/// ...` above a declaration to describe it"
     return None
