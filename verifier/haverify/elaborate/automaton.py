@@ -11,6 +11,7 @@ from haverify.elaborate.context import Context, Lost, NeedsMode
 from haverify.elaborate.declare import Entries, constant, declare, enum_with, function, input_, param, variable
 from haverify.elaborate.definedness import check_automaton, missing_outputs
 from haverify.elaborate.expressions import Env, boolean, family_enum, of_type, range_in
+from haverify.elaborate.naming import own_names
 from haverify.elaborate.outputs import ModeScope, bound_output, enter_lets
 from haverify.elaborate.paths import edges_at, target_mode
 from haverify.elaborate.resets import placed, resets, state_variable
@@ -90,7 +91,8 @@ def elaborate_automaton(
     scope = Scope(f"automaton {name}", env.scope, is_machine=True)
     machine = Machine(name, scope)
     inner = replace(env, scope=scope)
-    work = _Work(machine, inner, Entries(inner), Entries(inner), items)
+    name_of = own_names(env.ctx, name)
+    work = _Work(machine, inner, Entries(inner, name_of), Entries(inner, name_of), items)
     try:
         _enter_given(work, given)
         replaced = {_declared_name(g.item) for g in given}

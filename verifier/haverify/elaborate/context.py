@@ -50,6 +50,7 @@ class Context:
         self.constant_values: dict[str, Expr] = {}
         self.allowed: list[Allowed] = []
         self.taken: set[str] = set()
+        self.shared: set[str] = set()  # core names of constants, params and inputs of the top level
         self.one: Unit | None = None if unitless else ONE
         self.used_values: set[tuple[str, str]] = set()
         self.used_enums: set[str] = set()

@@ -14,6 +14,7 @@ from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.declare import Entries
 from haverify.elaborate.expressions import Env, boolean, real
 from haverify.elaborate.instances import Base, elaborate_instance
+from haverify.elaborate.naming import once
 from haverify.elaborate.scope import Scope, Symbol
 from haverify.elaborate.tables import enter_table
 from haverify.maths.exact import PiRational
@@ -40,7 +41,8 @@ class FileScope:
 def elaborate_files(ctx: Context, tree: t.Tree) -> list[FileScope]:
     """All files, imported ones first, each once."""
     found: dict[str, FileScope] = {}
-    _reserve_names(ctx, tree)
+    for known in (tree, *ctx.files.trees.values()):
+        _reserve_names(ctx, known)
     _enter_file(ctx, tree, "", found)
     scopes = list(found.values())
     found[tree.path].is_root = True
@@ -65,10 +67,7 @@ def _enter_file(ctx: Context, tree: t.Tree, prefix: str, found: dict[str, FileSc
 
 
 def _namer(ctx: Context, prefix: str) -> Callable[[str], str]:
-    def name_of(name: str) -> str:
-        return ctx.fresh(f"{prefix}_{name}") if prefix else name
-
-    return name_of
+    return once(lambda name: ctx.fresh(f"{prefix}_{name}") if prefix else name)
 
 
 def _enter_import(ctx: Context, file: FileScope, decl: t.Import, found: dict[str, FileScope]) -> None:
@@ -249,6 +248,8 @@ def _integers(ctx: Context, name: str, decl: t.EnumDecl) -> EnumType:
 def _enter_item(file: FileScope, item: t.Item) -> None:
     body = item.body
     if isinstance(body, t.Const | t.Param | t.Input | t.Function):
+        if not isinstance(body, t.Function):
+            file.env.ctx.shared.add(file.entries.name_of(body.declared.name))
         declare_member(file.entries, item)
     elif isinstance(body, t.Table):
         enter_table(file.entries, body, file.tree.path)

@@ -38,7 +38,7 @@ def clock_of(entries: Entries, sample: t.Sample) -> Clock:
     low, high, is_exact = _period(env, sample)
     unit = None if env.ctx.unitless else SECOND
     name = f"{sample.name}_clock"
-    while name in env.scope.names:
+    while name in env.scope.names or name in env.ctx.shared:
         name += "_2"
     symbol = Symbol("var", name, sample.span, unit=unit, used=True)
     env.scope.names[name] = symbol

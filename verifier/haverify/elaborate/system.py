@@ -10,6 +10,7 @@ from haverify.elaborate.context import Context, Lost
 from haverify.elaborate.declare import Entries, enum_with
 from haverify.elaborate.expressions import Env, boolean, denote, family_enum, of_type, range_in, source_name
 from haverify.elaborate.loops import port_loops
+from haverify.elaborate.naming import own_names
 from haverify.elaborate.outputs import enter_lets
 from haverify.elaborate.paths import edges_at
 from haverify.elaborate.prefixed import prefixed_scope
@@ -58,7 +59,8 @@ def elaborate_system(env: Env, name: str, decl: t.System, doc: str) -> Machine:
     scope = Scope(f"system {name}", env.scope, is_machine=True)
     inner = replace(env, scope=scope)
     items = decl.members or tuple(_written_out(decl))
-    work = _Work(inner, Entries(inner), Entries(inner), items)
+    name_of = own_names(env.ctx, name)
+    work = _Work(inner, Entries(inner, name_of), Entries(inner, name_of), items)
     machine = Machine(name, scope, invariants=[i for i in items if isinstance(i.body, t.Invariant)])
     for item in items:
         _guarded(work, lambda item=item: declare_member(work.entries, item))
@@ -139,23 +141,25 @@ def _bindings(work: _Work, part: PartScope) -> tuple[Binding, ...]:
         if made is not None:
             found.append(made)
     bound = {b.name for b in part.decl.bindings}
+    written = {s.name: n for n, s in part.machine.scope.names.items()}
     for port in part.machine.model.inputs:
-        if port.range is None and port.name not in bound and not isinstance(part.machine.model, System):
-            work.ctx.report("HA105", f"port '{port.name}' of part {part.name} is bound to nothing", part.decl.span)
+        name = written.get(port.name, port.name)
+        if port.range is None and name not in bound and not isinstance(part.machine.model, System):
+            work.ctx.report("HA105", f"port '{name}' of part {part.name} is bound to nothing", part.decl.span)
             work.is_good = False
     return tuple(found)
 
 
 def _binding(work: _Work, part: PartScope, b: t.Binding) -> Binding:
-    target = part.scope.names.get(b.name) or work.env.scope.lookup(b.name)
+    target = part.machine.scope.lookup(b.name)
     if target is None or target.kind not in ("const", "param", "input", "set"):
         known = [n for n, s in part.scope.names.items() if s.kind in ("const", "param", "input")]
         work.ctx.unknown("constant, param or input", b.name, part.machine.name, b.span, known)
     work.ctx.use(target, b.span)
     what = f"'{b.name}' of {part.machine.name}"
     if b.is_set:
-        return Binding(b.name, range_in(part.place, b.value, target.unit, what), b.span)
-    return Binding(b.name, of_type(part.place, b.value, target.type, target.unit, what), b.span)
+        return Binding(target.name, range_in(part.place, b.value, target.unit, what), b.span)
+    return Binding(target.name, of_type(part.place, b.value, target.type, target.unit, what), b.span)
 
 
 # ---- syncs, flow, start ---------------------------------------------------------
