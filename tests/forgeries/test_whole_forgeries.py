@@ -16,7 +16,9 @@ from hacheck.obligations import established
 from hacheck.rational import Meter, Refused, Unreadable
 from hacheck.systems import SystemCheck
 from haverify.analyses.networks import lazily
+from haverify.analyses.networks.whole import whole_of
 from haverify.analyses.portfolio import Contexts, decide
+from haverify.evidence.verdict import Proved
 from haverify.model.core import to_core
 
 Json = Any
@@ -214,3 +216,46 @@ def test_an_invariant_needs_all_modes(truth: Case) -> None:
     case = copy.deepcopy(truth)
     case.certificates["bounded"]["whole"] = ["a.Off, b.Off, w.Idle"]
     assert not case.accepted("bounded")
+
+
+HIDDEN = """spec "t" version "1.0" unitless
+automaton A {
+  var x
+  init Down where 0 <= x <= 1
+  mode Down { flow { x' = -x } }
+  mode Up { flow { x' = x } }
+}
+automaton B {
+  var y
+  init Down where 0 <= y <= 1
+  mode Down { flow { y' = -y }; edge turn: -> Flat }
+  mode Flat { flow { y' = 0 } }
+}
+system S {
+  part a = A
+  part b = B
+}
+invariant low on S: a.x <= 1 inductive
+invariant held on S: b.y <= 1 inductive
+invariant low_so_far on S: a.x <= 1
+"""
+
+
+def test_what_is_inductive_is_kept_in_modes_that_no_edge_leads_to() -> None:
+    case = Case(HIDDEN, few=40)
+    assert case.certificates["low"] is None
+    assert case.accepted("held") and case.accepted("low_so_far")
+
+
+def test_modes_that_no_edge_leads_to_are_not_left_out_of_what_is_inductive() -> None:
+    spec, _, _ = read(HIDDEN)
+    case = Case(HIDDEN, few=40)
+    inner = whole_of(spec, "S", to_core(spec))
+    reached = [m.name for m in inner.automata[0].modes]
+    assert reached == ["a.Down, b.Down", "a.Down, b.Flat"]
+    for name in ("low", "held"):
+        found = decide(inner, next(c for c in inner.claims if c.name == name), Contexts(inner))
+        assert isinstance(found.verdict, Proved)
+        for whole in (True, reached):
+            case.certificates[name] = json.loads(json.dumps({**found.certificate, "whole": whole}))
+            assert not case.accepted(name)

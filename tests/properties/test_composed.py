@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction as Q
+from math import prod
 from typing import Any
 
 from hypothesis import assume, given, settings
@@ -27,12 +28,12 @@ property r on S { reach jumped or a.x >= 1 s within 2 s }
 """
 
 
-def put_together(text: str, left: set[int] | None = None) -> tuple[Json, Json, Json, Product]:
+def put_together(text: str, left: set[int] | None = None, everywhere: bool = False) -> tuple[Json, Json, Json, Product]:
     """Core, the automaton's own core, that of the second checker; `left`: which of the modes found are left."""
     spec, _, _ = read(text)
     core = json.loads(json.dumps(to_core(spec)))
     try:
-        product = Product(spec, core, "S")
+        product = Product(spec, core, "S", everywhere=everywhere)
     except OutsideFragmentError:
         assume(False)
     if left is not None:
@@ -42,7 +43,7 @@ def put_together(text: str, left: set[int] | None = None) -> tuple[Json, Json, J
     Meter.left = 60_000_000
     given = None if left is None else frozenset(product.left or ())
     mine = json.loads(json.dumps(to_core(told(product, spec.claims))))
-    return core, mine, Composed(Core(core), core["systems"][0], given), product
+    return core, mine, Composed(Core(core), core["systems"][0], given, everywhere), product
 
 
 @given(networks(closed=False), st.one_of(st.none(), st.sets(st.integers(0, 30), max_size=4)))
@@ -55,6 +56,21 @@ def test_the_second_checker_puts_the_same_automaton_together(net: Net, left: set
     assert theirs.automaton == mine["automata"][0]
     assert theirs.open == product.open
     assert [theirs.claim(c) for c in core["claims"]] == mine["claims"]
+
+
+@given(networks(closed=False))
+@settings(max_examples=20, deadline=None, derandomize=True)
+def test_everywhere_are_all_modes_and_those_of_runs_with_the_same_edges(net: Net) -> None:
+    try:
+        core, mine, theirs, _ = put_together(net.text() + CLAIMS, everywhere=True)
+        _, _, some, _ = put_together(net.text() + CLAIMS)
+    except Beyond:
+        assume(False)
+    assert theirs.automaton == mine["automata"][0]
+    assert [theirs.claim(c) for c in core["claims"]] == mine["claims"]
+    assert len(mine["automata"][0]["modes"]) == prod(len(p.domains) for p in net.parts)
+    for kind in ("modes", "edges"):
+        assert all(x in theirs.automaton[kind] for x in some.automaton[kind])
 
 
 def value(e: Json, state: dict[str, Q], modes: str) -> Any:

@@ -1,13 +1,15 @@
 """A system as one automaton, put together from the core alone (LANGUAGE S13 to S18, docs/core.md section 7).
 
 Modes are those of all parts at once, as far as edges lead from the starts; those that a certificate does not name are
-there, as where edges lead to, and are not left: `open`. Nothing may be shown in them.
+there, as where edges lead to, and are not left: `open`. Nothing may be shown in them. What is claimed to be inductive
+speaks of all modes, also of those that no edge leads to (S22): these are there if `everywhere`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from math import prod
 from typing import Any, NamedTuple
 
 from hacheck.core import Core
@@ -85,7 +87,7 @@ class Joint(NamedTuple):
 class Composed:
     """The automaton of a system; `left` are the modes whose edges are listed, None for all."""
 
-    def __init__(self, core: Core, system: Json, left: frozenset[str] | None = None) -> None:
+    def __init__(self, core: Core, system: Json, left: frozenset[str] | None = None, everywhere: bool = False) -> None:
         self.root = Named(core, system, "", None, [])
         self.places = list(self.root.everything())
         self.automata = [p for p in self.places if "modes" in p.model]
@@ -100,6 +102,8 @@ class Composed:
         self.jumps: dict[str, tuple[str, ...]] = {}
         starts = list(self._starts())
         found: dict[Modes, list[Joint] | None] = dict.fromkeys(m for m, _, _ in starts)
+        if everywhere:
+            found.update(dict.fromkeys(self._all_modes()))
         waiting = list(found)
         for modes in waiting:  # which grows
             if left is not None and self.name(modes) not in left:
@@ -116,6 +120,12 @@ class Composed:
         if left is not None and left - set(self.names.values()):
             raise Refused("a certificate names a mode of a system to which no edges lead")
         self.automaton = self._automaton(starts)
+
+    def _all_modes(self) -> Iterator[Modes]:
+        if prod(map(len, self.modes)) > MOST:
+            raise Beyond("a system of too many modes")
+        spend(10 * prod(map(len, self.modes)))
+        return product(*self.modes)
 
     def name(self, modes: Modes) -> str:
         """The name of a mode of all parts."""

@@ -130,10 +130,10 @@ class SystemCheck:
 
     def whole(self, claim: Json, certificate: Json) -> tuple[Json, Json, Setting]:
         """The claim, its certificate, and the automaton that the system is, as the certificate wants it looked at."""
-        given = certificate["whole"]
-        key = json.dumps(given)
+        given, everywhere = certificate["whole"], claim["inductive"] is not False
+        key = json.dumps([given, everywhere])
         if key not in self._wholes:
-            self._wholes[key] = Whole(self, given)
+            self._wholes[key] = Whole(self, given, everywhere)
         return self._wholes[key].question(claim, certificate)
 
     def listed(self, name: Json) -> Listed:

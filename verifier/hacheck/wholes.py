@@ -16,15 +16,20 @@ ALONG = ("flowpipe", "flow_run")
 
 
 class Whole:
-    """The automaton of a system; `given` is true, or names the modes whose edges a certificate needs."""
+    """The automaton of a system; `given` is true, or names the modes whose edges a certificate needs.
 
-    def __init__(self, check: SystemCheck, given: Json) -> None:
+    It has the modes that no edge leads to if `everywhere`, which claims that are `inductive` ask for (S22).
+    """
+
+    def __init__(self, check: SystemCheck, given: Json, everywhere: bool) -> None:
         from hacheck.obligations import Setting
 
         if given is not True and not (isinstance(given, list) and all(isinstance(n, str) for n in given)):
             raise Refused("a certificate does not say which modes of a system it is about")
         self.name, self.lemma = check.system["name"], check.lemma
-        self.composed = Composed(check.core, check.system, None if given is True else frozenset(given))
+        if everywhere and given is not True:
+            raise Refused("modes are left out of what is claimed to be inductive")
+        self.composed = Composed(check.core, check.system, None if given is True else frozenset(given), everywhere)
         check.core.check_automaton(self.composed.automaton)
         self.setting = Setting(check.core, self.composed.automaton, False, check.load, self._used)
         self.setting.model.scope.open = self.composed.open

@@ -44,7 +44,7 @@ class Contexts:
     # Whether it is a part of the values that a claim asks for.
     is_piece: bool = False
     # The same for systems that are put together, each a spec of its own; those of many modes as far as runs come.
-    wholes: dict[str, Contexts] = field(default_factory=dict)
+    wholes: dict[tuple[str, bool], Contexts] = field(default_factory=dict)
     parts: dict[str, Any] = field(default_factory=dict)
 
     def get(self, name: str) -> Context | None:
@@ -181,11 +181,7 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
     if lazily is not None and not isinstance(lazily.verdict, Unknown):
         return lazily
     try:
-        if name not in contexts.wholes:
-            from haverify.analyses.networks.whole import whole_of
-
-            contexts.wholes[name] = Contexts(whole_of(contexts.spec, name, contexts.core_value()))
-        inner = contexts.wholes[name]
+        inner = _whole(contexts, name, claim.inductive)
         told = next(c for c in inner.spec.claims if c.name == claim.name)
         whole = decide(inner.spec, told, inner, units)
     except OutsideFragmentError as e:
@@ -197,6 +193,16 @@ def _of_system(contexts: Contexts, claim: Claim, units: int) -> Evidence:
         return replace(whole, verdict=replace(whole.verdict, reason=more))
     made = whole.certificate
     return whole if made is None else replace(whole, certificate={**made, "whole": True})
+
+
+def _whole(contexts: Contexts, name: str, everywhere: bool) -> Contexts:
+    """A system put together, with modes that no edge leads to if `everywhere`."""
+    if (name, everywhere) not in contexts.wholes:
+        from haverify.analyses.networks.whole import whole_of
+
+        spec = whole_of(contexts.spec, name, contexts.core_value(), everywhere=everywhere)
+        contexts.wholes[name, everywhere] = Contexts(spec)
+    return contexts.wholes[name, everywhere]
 
 
 def _lazily(contexts: Contexts, claim: Claim, units: int) -> Evidence | None:

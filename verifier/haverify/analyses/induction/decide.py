@@ -22,7 +22,7 @@ from haverify.analyses.induction.reached import nearest, reached_text
 from haverify.analyses.induction.refutation import Admissible, Start, admissible, at_once, by_jump, by_run
 from haverify.analyses.induction.refute import Effort
 from haverify.analyses.induction.rooted import by_rooted_run
-from haverify.analyses.induction.written import written
+from haverify.analyses.induction.written import standing, written
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
 from haverify.evidence.run import Run, Step
@@ -312,5 +312,5 @@ def _cure(shown: Shown, found: Leaving) -> str:
     params = (*induction.spec.params,)
     texts = {m: written(f, induction.automaton, params, induction.functions) for m, f in added.items()}
     is_alone = len(induction.automaton.modes) == 1
-    terms = [text if is_alone else f"(at({m}) implies {text})" for m, text in texts.items()]
+    terms = [text if is_alone else f"({standing(m)} implies {text})" for m, text in texts.items()]
     return f"add `and {' and '.join(terms)}`: it excludes this state, and with it every part is proved"

@@ -27,6 +27,11 @@ def written(
     return _text(f, names)
 
 
+def standing(mode: str) -> str:
+    """That a run is in a mode; in one of a system put together, that all its parts are."""
+    return " and ".join(f"at({m})" for m in mode.split(", "))
+
+
 def _plain(name: str, unit: object) -> str:
     return name if unit is None or unit is ONE or str(unit) == "1" else f"({name} / (1 {unit}))"
 

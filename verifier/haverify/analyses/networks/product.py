@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import product
+from math import prod
 from typing import Any
 
 from haverify.analyses.networks.folding import assigned, both, closed, denied, either, expression, settled
@@ -59,6 +60,8 @@ class Product:
     # The modes whose edges are listed, None for all; the others are `open`.
     left: frozenset[str] | None = None
     most: int = MODES
+    # Whether modes that no edge leads to are listed too: what is claimed to be inductive (S22) speaks of them.
+    everywhere: bool = False
     open: set[str] = field(default_factory=set)
     _joints: dict[Combined, list[Joint]] = field(default_factory=dict)
     _kept: dict[tuple[Combined, bool], Mode] = field(default_factory=dict)
@@ -202,6 +205,8 @@ class Product:
     def _reached(self) -> tuple[list[Combined], list[tuple[Combined, Joint]]]:
         """The modes that edges lead to, breadth first, guards aside unless they are plainly false; and these edges."""
         found = list(dict.fromkeys(m for m, _, _ in self.starts))
+        if self.everywhere:
+            found = self._with_all(found)
         known, edges = set(found), list[tuple[Combined, Joint]]()
         self.open.clear()
         self.names.clear()
@@ -220,6 +225,13 @@ class Product:
             if len(found) > self.most or len(edges) > EDGES:
                 raise TooManyError(f"more than {self.most} modes of all parts together, or {EDGES} edges")
         return found, edges
+
+    def _with_all(self, first: list[Combined]) -> list[Combined]:
+        """These modes, then all others."""
+        names = [[m["name"] for m in p.model["modes"]] for p in self.parts]
+        if prod(map(len, names)) > self.most:
+            raise TooManyError(f"more than {self.most} modes of all parts together")
+        return list(dict.fromkeys([*first, *product(*names)]))
 
     def _leaving(self, modes: Combined) -> Iterator[Joint]:
         """What may fire in a mode, priorities applied (S17)."""

@@ -11,16 +11,18 @@ from haverify.model.spec import Spec
 from haverify.text.record import replace
 
 
-def whole_of(spec: Spec, name: str, core: Mapping[str, Any], left: Iterable[str] | None = None) -> Spec:
+def whole_of(
+    spec: Spec, name: str, core: Mapping[str, Any], left: Iterable[str] | None = None, everywhere: bool = False
+) -> Spec:
     """The spec with one automaton, that which the system is, and with the claims on it.
 
-    `left` are the modes whose edges are listed, None for all.
+    `left` are the modes whose edges are listed, None for all. Modes that no edge leads to are there if `everywhere`.
 
     Raises
     ------
     OutsideFragmentError    if the system is not to be put together
     """
-    whole = Product(spec, core, name, None if left is None else frozenset(left))
+    whole = Product(spec, core, name, None if left is None else frozenset(left), everywhere=everywhere)
     return told(whole, [c for c in spec.claims if c.on == name])
 
 
