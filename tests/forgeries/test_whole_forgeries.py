@@ -259,3 +259,70 @@ def test_modes_that_no_edge_leads_to_are_not_left_out_of_what_is_inductive() -> 
         for whole in (True, reached):
             case.certificates[name] = json.loads(json.dumps({**found.certificate, "whole": whole}))
             assert not case.accepted(name)
+
+
+BOUNCES = """spec "t" version "1.0" unitless
+param kept in [0.4, 0.5]
+automaton Ball {
+  var h
+  var v
+  init Fly where h == 5 and v == 0
+  mode Fly {
+    domain h >= 0
+    flow { h' = v; v' = -10 }
+    urgent edge bounce: -> Fly when h <= 0 and v < 0 do v := -kept * v
+  }
+}
+automaton Lamp {
+  param speed in [1, 2]
+  var lit
+  init On where lit == 0
+  mode On { flow { lit' = speed } }
+}
+system S {
+  part ball = Ball
+  part lamp = Lamp
+}
+property waits on S { reach time >= 4 within 4 }
+property waits_less on S { reach time >= 2 within 4 }
+"""
+UNMET: dict[str, Callable[[Case], Any]] = {
+    "a start that is none": lambda c: _start(c).update(values={**_start(c)["values"], "ball.h": "6"}),
+    "another start than the invariant is of": lambda c: _start(c).update(params={**_start(c)["params"], "kept": "2/5"}),
+    "a param out of its range": lambda c: _start(c).update(params={**_start(c)["params"], "lamp.speed": "3"}),
+    "no value of a param": lambda c: _start(c)["params"].pop("lamp.speed"),
+    "no value of a variable": lambda c: _start(c)["values"].pop("lamp.lit"),
+    "a mode that is none": lambda c: _start(c).update(mode="ball.Fly"),
+    "the claim on another goal": lambda c: c.core["claims"][0]["goals"][0].update(within="3"),
+    "another ball": lambda c: c.edge("Ball", "bounce")["resets"][0].update(to=["*", "-4/5", ["var", "v"]]),
+    "another lamp": lambda c: c.automaton("Lamp")["params"][0].update(low="9/5", high="9/5"),
+    "no invariant": lambda c: c.certificates["waits"]["goals"][0].update(invariant={}),
+    "modes left out": lambda c: c.certificates["waits"].update(whole=[]),
+}
+
+
+def _start(c: Case) -> Json:
+    return c.certificates["waits"]["goals"][0]["start"]
+
+
+@pytest.fixture(scope="module")
+def bounces() -> Case:
+    return Case(BOUNCES, few=40)
+
+
+def test_goals_that_parts_never_meet_are_refuted(bounces: Case) -> None:
+    assert bounces.certificates["waits"]["goals"][0]["kind"] == "unmet"
+    assert bounces.certificates["waits"]["verdict"] == "refuted" and bounces.accepted("waits")
+
+
+def test_a_start_that_meets_the_goal_does_not_refute_it(bounces: Case) -> None:
+    case = copy.deepcopy(bounces)
+    case.certificates["waits_less"] = {**case.certificates["waits"], "claim": "waits_less"}
+    assert not case.accepted("waits_less")
+
+
+@pytest.mark.parametrize("damage", UNMET)
+def test_damaged_refutations_of_goals_are_refused(bounces: Case, damage: str) -> None:
+    case = copy.deepcopy(bounces)
+    UNMET[damage](case)
+    assert not case.accepted("waits")

@@ -38,7 +38,8 @@ def shown_unmet(question: Question, entry: Json) -> tuple[str, list[tuple[str, s
     top = _fixed(setting.core.data["params"], {n: q for n, q in numbers.items() if n not in hidden})
     automata = [own if a is setting.a else a for a in setting.core.data["automata"]]
     core = Core({**setting.core.data, "params": top, "automata": automata})
-    alone = Setting(core, core.automata[own["name"]], False, setting.load)
+    core.check_automaton(own)  # that of a system is none of the core's
+    alone = Setting(core, own, False, setting.load)
     verdict, _ = Asked(alone, free, never).verdict(inner)
     if verdict != "proved":
         raise Refused("the invariant does not exclude the goal")
