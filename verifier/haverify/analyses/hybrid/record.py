@@ -97,9 +97,13 @@ def set_of(names: Names, piece: Box) -> list[str]:
 
 
 def precision(steps: Sequence[Step], finest: int = PRECISION) -> int | None:
-    """How many bits behind the point coefficients may have; None where their numbers would be too long."""
-    rows = [row for _, x in steps for v in x for row in v if row]
-    most = max((max(max(row), -min(row)) for row in rows), default=1.0)
+    """How many bits behind the point coefficients may have; None where their numbers would be too long.
+
+    What counts is how large they are in the record, where a step is the unit of time: those of a fast flow grow with
+    the power of time as its steps shrink.
+    """
+    sizes = ((max(max(row), -min(row)), h, k) for h, x in steps for v in x for k, row in enumerate(v) if row)
+    most = max((size * h**k for size, h, k in sizes), default=1.0)
     bits = min(finest, int(DIGITS * 3.32) - 1 - frexp(most)[1])
     return bits if bits >= COARSEST else None
 

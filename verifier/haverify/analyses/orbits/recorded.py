@@ -141,7 +141,7 @@ class Recording:
         """The record of laps from a box, cut into pieces; None where no lap of some piece is found."""
         leaves = list[Leaf]()
         tree = self._tree(box, DEEPEST, leaves)
-        bits = precision([_in_units(step) for leaf in leaves for _, step in leaf], PRECISION)
+        bits = precision([step for leaf in leaves for _, step in leaf], PRECISION)
         if tree is None or bits is None:
             return None
         varied = [v for v, (low, high) in box.items() if low < high]
@@ -199,12 +199,6 @@ class Recording:
             if time > late and before[1] < 0 < after[0]:
                 return list(steps[: n + 1])
         return None
-
-
-def _in_units(step: Step) -> Step:
-    """A step with time in units of its length: coefficients are as large as in the record."""
-    h, series = step
-    return 1.0, [[[c * h**i for c in row] for i, row in enumerate(x)] for x in series]
 
 
 def _reach(series: list[list[float]], t: float, sign: int, value: float) -> tuple[float, float]:
