@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from copy import deepcopy
-from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,9 +13,7 @@ from typing import Any
 import pytest
 
 from hacheck.core import Core
-from hacheck.laps import Lap
 from hacheck.obligations import Question, Setting, established
-from hacheck.orbits import _contracts
 from hacheck.rational import Refused
 from haverify.analyses.orbits.decide import decide_cycle
 from haverify.model.core import canonical, to_core
@@ -103,9 +100,9 @@ def slower(a: Json) -> None:
     a["modes"][0]["flow"][0]["rate"] = ["*", "1/2", a["modes"][0]["flow"][0]["rate"]]
 
 
-def one_half_only(file: Json) -> None:
+def one_half_twice(file: Json) -> None:
     node = file["starts"][0]["pieces"]
-    file["starts"][0]["pieces"] = {"split": node["split"], "low": node["low"], "high": node["low"]}
+    file["starts"][0]["pieces"] = {"split": "x", "low": node, "high": node}
 
 
 def shifted(steps: list[Json]) -> None:
@@ -132,9 +129,12 @@ ANYWHERE: dict[str, Damage] = {
     "another variable of the section": with_entry(section=["x", "1"]),
     "another value of the section": with_entry(section=["y", "1/100"]),
     "a section of nothing": with_entry(section=["z", "0"]),
-    "a box outside of P": with_entry(box={"x": ["9/10", "1001/1000"]}),
-    "a box without a variable": with_entry(box={}),
-    "an empty box": with_entry(box={"x": ["1001/1000", "999/1000"]}),
+    "a section in no mode": with_entry(mode="N"),
+    "a section around another state": with_entry(centre={"x": "11/10"}),
+    "a section around no state": with_entry(centre={}),
+    "a section that is wider": with_entry(basis=[["1/4"]]),
+    "a section of one state": with_entry(basis=[["0"]]),
+    "a section without directions": with_entry(basis=[]),
     "a period that is too narrow": with_entry(period=["6.28318530717", "6.28318530718"]),
     "a period that is another": with_entry(period=["3", "4"]),
     "a period from below zero": with_entry(period=["-1", "7"]),
@@ -156,23 +156,26 @@ OF_NEWTON: dict[str, Damage] = {
     "a preconditioner of zeros": with_entry(back=[["0"]]),
     "a preconditioner of the other sign": with_entry(back=[["-2/5"]]),
     "a preconditioner that is no matrix": with_entry(back=[]),
-    "a box beside the orbit": with_entry(box={"x": ["1001/1000", "1002/1000"]}),
+    "a section beside the orbit": with_entry(centre={"x": "1001/1000"}),
     "a claim that it attracts": on_core(lambda c: c["claims"][0]["goals"][0].update(attracting=True)),
 }
 OF_CONTRACTIONS: dict[str, Damage] = {
     "an understated factor": with_entry(factor="1/100"),
     "a factor of one": with_entry(factor="1"),
     "a factor below zero": with_entry(factor="-1/2"),
-    "sizes of zero": with_entry(sizes=["0"]),
-    "no sizes": with_entry(sizes=[]),
-    "a box that is left": with_entry(box={"x": ["1001/1000", "1002/1000"]}),
+    "a section that is left": with_entry(centre={"x": "1002/1000"}, basis=[["1/1000"]]),
+    "no shares": with_entry(shares=[]),
+    "a larger section at last": with_entry(shares=["2"]),
+    "sections without laps in between": with_entry(shares=["2", "1"]),
+    "a share below zero": with_entry(shares=["-1"]),
     "no basin": without("basin"),
     "the laps as a basin": lambda core, certificate, files: entry_of(certificate).update(
         basin=entry_of(certificate)["flow"]
     ),
-    "a basin of one half": on_file(one_half_only, "basin"),
+    "a basin of one half, twice": on_file(one_half_twice, "basin"),
     "a basin with a step too few": on_steps(lambda s: s.pop(), "basin"),
     "a fixed point without a contraction": newton_instead,
+    "laps of pieces": on_file(one_half_twice),  # which need not be parts of one continuous map
 }  # fmt: skip
 # What the hash forbids, were it not there.
 OF_CORES: dict[str, Damage] = {
@@ -209,33 +212,24 @@ def test_what_is_proved_is_shown(automaton: str, claim: str) -> None:
 
 @pytest.mark.parametrize("name", [*ANYWHERE, *OF_NEWTON])
 def test_damaged_fixed_points_are_not_shown(name: str) -> None:
-    _refused(RISES, PLAIN, {**ANYWHERE, **OF_NEWTON}[name])
+    refused(RISES, PLAIN, {**ANYWHERE, **OF_NEWTON}[name])
 
 
 @pytest.mark.parametrize("name", [*OF_CONTRACTIONS, "a changed coefficient", "no last step"])
 def test_damaged_contractions_are_not_shown(name: str) -> None:
-    _refused(FALLS, f"{PLAIN} attracting", {**ANYWHERE, **OF_CONTRACTIONS}[name])
+    refused(FALLS, f"{PLAIN} attracting", {**ANYWHERE, **OF_CONTRACTIONS}[name])
 
 
 @pytest.mark.parametrize("name", OF_CORES)
 def test_other_models_are_not_shown_even_without_hashes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Question, "same", lambda *_: None)
-    _refused(FALLS, f"{PLAIN} attracting", OF_CORES[name])
+    refused(FALLS, f"{PLAIN} attracting", OF_CORES[name])
 
 
-def _refused(automaton: str, claim: str, damage: Damage) -> None:
+def refused(automaton: str, claim: str, damage: Damage) -> None:
     core, certificate, files = json.loads(made(automaton, claim))
     before = deepcopy((core, certificate, files))
     damage(core, certificate, files)
     assert (core, certificate, files) != before
     with pytest.raises((Refused, KeyError, IndexError, TypeError, ValueError)):
         shown(core, certificate, files)
-
-
-def test_returns_of_pieces_are_no_contraction_of_the_whole() -> None:
-    """Each half of a box may come into the other, after one lap here and two laps there: no orbit need be as short."""
-    half, zero = Fraction(1, 2), (Fraction(0), Fraction(0))
-    lap, box = Lap((Fraction(1), Fraction(1)), [zero], [[zero]], [zero]), {"x": (Fraction(-1), Fraction(1))}
-    _contracts(box, [lap], [Fraction(1)], half)
-    with pytest.raises(Refused):
-        _contracts(box, [lap, lap], [Fraction(1)], half)

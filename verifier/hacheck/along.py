@@ -80,7 +80,8 @@ class Along:
     """One goal of a claim along a record."""
 
     def __init__(self, question: Question, name: Json) -> None:
-        self.q, self.scope, self.model, self.aim = question, question.scope, question.model, aim_of(question)
+        self.q, self.scope, self.model = question, question.scope, question.model
+        self.aim = self._aim()
         if self.scope.rounding or question.assume:
             raise Beyond("a flow with rounded constants, or assumptions")
         if any(t != "real" for t in self.scope.types.values()):
@@ -93,6 +94,9 @@ class Along:
         self.starts = FlowStarts(self.scope, self.record)
         self.space = self.record.space
         self._rules: dict[str, Rules] = {}
+
+    def _aim(self) -> Aim:
+        return aim_of(self.q)
 
     def _record(self, question: Question, name: Json) -> Record:
         """The record of a name; claims whose records are equal share what is found out about it."""

@@ -102,7 +102,20 @@ def _solved(
     fast = {v: norm(values[r]) for v, r in zip(field.names, field.rates, strict=True)} | {"time": space.one}
     moved = {v: space.up(space.up(norm(h) * s) * off) + 1 for v, s in fast.items()}
     found = {v: widened(m, moved.get(v, 0)) for v, m in near.items()}
-    return Crossing(place, sign, found, since)
+    return Crossing(place, sign, {**found, **_settled(tape, place, found, space)}, since)
+
+
+def _settled(tape: Tape, place: int, states: States, space: Space) -> States:
+    """What is known of a variable where a quantity is 0: of v where it is `v + w`, or v alone."""
+    op, *args = tape.ops[place]
+    if op == "name":
+        return {args[0]: ZERO}
+    for a, rest in (args, args[::-1]) if op == "+" else ():
+        if tape.ops[a][0] == "name" and tape.ops[a][1] in tape.scope.types and a not in tape.used((rest,)):
+            other = tape.values([rest], states, space)[rest]
+            if other.radius <= states[tape.ops[a][1]].radius:
+                return {tape.ops[a][1]: add(ZERO, other, -1)}
+    return {}
 
 
 def _guess(g: Model, space: Space) -> Model:

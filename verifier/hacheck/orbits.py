@@ -1,125 +1,168 @@
-"""`cycle through P`: a return of a box of a section has a fixed point, and where it is claimed it attracts all of P.
+"""`cycle through P`: a return of a part of a section has a fixed point, and where it is claimed it attracts all of P.
 
-P holds on the box X of the plane `v = value`. All runs from X come to the plane again, which they cross at a certain
-speed: the return R is a smooth map of X. It has a fixed point where Krawczyk's operator maps X into its interior, or
-where R maps X into itself and contracts it, in the greatest component in units of given sizes (Banach). For both all
-of X makes one lap: returns of its pieces need not be parts of one continuous map. In the latter
-case all runs from X tend to the orbit, and so do all that come to X: those of a box that holds all states with P.
+All runs from a section, a set X of states on a plane, come to the plane again, which they cross at a certain speed, as
+they do the borders of jumps: the return R is a smooth map of X. It has a fixed point where Krawczyk's operator maps X
+into its interior, or where R maps X into itself and contracts it, in the greatest of the section's coordinates
+(Banach). For both all of X makes one lap: returns of its pieces need not be parts of one continuous map. P holds on a
+part of X in which the fixed point is, or right after a jump of all runs from there. Where R contracts, all runs from X
+tend to the orbit, so they come to that part; and so do all that come to X: those of boxes that hold all states with P.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from hacheck.flow_starts import FlowStarts
-from hacheck.laps import Lap, Laps
+from hacheck.along import Along
+from hacheck.expressions import EVENTS, nodes
+from hacheck.flow_starts import FlowStarts, conjuncts
+from hacheck.laps import Box, Lap, Laps
 from hacheck.rational import Beyond, Refused, number
 from hacheck.records import Ends
+from hacheck.sections import ONE, section_of
+from hacheck.tapes import Tape
 
 if TYPE_CHECKING:
     from hacheck.obligations import Question, Shown
 
 Json = Any
-Box = dict[str, Ends]
-ZERO = Fraction(0), Fraction(0)
+ROOM, WIDER = Fraction(1, 1 << 20), Fraction(17, 16)  # of a section, and times a part of it: around a fixed point
 
 
 def shown_orbit(question: Question, entry: Json) -> Shown:
     """The verdict that an entry of kind `cycle` establishes: that the claim holds."""
     _fits(question, entry)
-    scope = question.scope
-    (mode,), section = scope.modes, (str(entry["section"][0]), str(number(entry["section"][1])))
-    question.same(entry, "flow", mode, "")
-    columns = [v for v in scope.types if v != section[0]]
-    box = {v: (number(entry["box"][v][0]), number(entry["box"][v][1])) for v in columns}
-    if section[0] not in scope.types or set(entry["box"]) != set(columns) or any(a > b for a, b in box.values()):
-        raise Refused("a section is no plane of its variables, or its box is empty")
-    laps = Laps(scope, mode, section, question.setting.load(entry["flow"]), columns)
-    if not laps.exactly(question.condition, box):
-        raise Refused("a section where the claim's condition does not hold")
-    found = list(laps.all(box))
-    _last(question, found, number(entry["period"][0]), number(entry["period"][1]))
+    scope, first = question.scope, next(iter(question.scope.modes))
+    question.same(entry, "flow", first, "")
+    section = section_of(entry, scope.types, scope.modes)
+    laps = Laps(question, entry["flow"], section, varied=True)
+    (start,) = laps.record.data["starts"]
+    lap = laps.whole(start["pieces"])
+    _last(question, lap, number(entry["period"][0]), number(entry["period"][1]))
     if "factor" in entry:
-        _contracts(box, found, [number(q) for q in entry["sizes"]], number(entry["factor"]))
+        share = _contracts(lap, number(entry["factor"]))
     else:
-        _returns(box, found, laps.middle(box), [[number(q) for q in row] for row in entry["back"]])
+        share = _returns(lap, [[number(q) for q in row] for row in entry["back"]])
+    if not laps.passes(lap, share):
+        raise Refused("an orbit on which the claim's condition does not hold, nor after one of its jumps")
     if question.goal["attracting"] is not False:
         if "factor" not in entry:
             raise Refused("an orbit that is not shown to attract")
-        _come_in(question, Laps(scope, mode, section, question.setting.load(entry["basin"]), []), box)
-    return "proved", [(mode, "", "proved")]
+        shares = [number(q) for q in entry["shares"]]
+        _come_in(question, Laps(question, entry["basin"], section, varied=False), shares[0])
+        if shares[1:]:
+            _narrow(Laps(question, entry["narrower"], section, varied=False), shares)
+        if shares[-1] != 1 or min(shares) <= 0:
+            raise Refused("runs from the claim's condition that are not led into the section")
+    return "proved", [(first, "", "proved")]
 
 
 def _fits(q: Question, entry: Json) -> None:
-    a = q.scope.automaton
     if "flow" not in entry:
         raise Beyond("a periodic orbit without a record")
-    if len(a["modes"]) != 1 or a["edges"] or a["modes"][0]["terminal"] or a["inputs"]:
-        raise Beyond("a periodic orbit of an automaton with several modes, edges or inputs")
-    if q.scope.ranges or q.scope.rounding or any(t != "real" for t in q.scope.types.values()):
-        raise Beyond("a periodic orbit beside params, rounded constants or discrete variables")
+    if q.scope.automaton["inputs"] or q.scope.ranges or q.claim["on"] not in q.setting.core.automata:
+        raise Beyond("a periodic orbit beside params or inputs, or of a system")
     if q.assume or q.goal["window"] or q.claim["inductive"] or set(q.claim["horizon"].values()) != {None}:
         raise Beyond("a periodic orbit beside assumptions, a window or a horizon")
 
 
-def _last(question: Question, laps: list[Lap], least: Fraction, most: Fraction) -> None:
+def _last(question: Question, lap: Lap, least: Fraction, most: Fraction) -> None:
     """Raise unless all laps take a time in the stated period, and that is in time."""
-    if least <= 0 or not all(least <= lap.time[0] and lap.time[1] <= most for lap in laps):
+    if least <= 0 or not (least <= lap.time[0] and lap.time[1] <= most):
         raise Beyond("a lap takes a time that is not in the stated period")
     if question.limit is not None and most > question.limit:
         raise Beyond("a period that may be longer than what is claimed")
 
 
-def _come_in(question: Question, laps: Laps, box: Box) -> None:
-    """Raise Refused unless all states with P are on the plane, and runs from there come to it in the box."""
-    found = FlowStarts(laps.scope, laps.record).box({"where": question.condition, "with": []}, laps.mode, {})
-    if found[laps.variable] != (laps.value, laps.value):
-        raise Refused("states with the claim's condition are not on the section")
-    if not all(_is_in(lap, box) for lap in laps.all({v: found[v] for v in laps.ends})):
-        raise Beyond("a run from the section does not certainly come to where laps contract")
+def _come_in(question: Question, laps: Laps, share: Fraction) -> None:
+    """Raise Refused unless all runs from states with P come to the section, made larger by a factor."""
+    found, given = list(_areas(question, laps)), laps.record.data["starts"]
+    if len(given) != len(found):
+        raise Refused("a recorded flow has other starts than the claim's condition")
+    for start, (mode, box) in zip(given, found, strict=True):
+        if not all(_is_in(lap, share) for lap in laps.parted(start["pieces"], mode, box)):
+            raise Beyond("a run from the claim's condition does not certainly come to where laps contract")
 
 
-def _is_in(lap: Lap, box: Box) -> bool:
-    return all(low <= a and b <= high for (low, high), (a, b) in zip(box.values(), lap.state, strict=True))
+def _narrow(laps: Laps, shares: list[Fraction]) -> None:
+    """Raise Refused unless a lap of each of some sections, which are larger by factors, comes to the next."""
+    given = laps.record.data["starts"]
+    if len(given) != len(shares) - 1:
+        raise Refused("a recorded flow has other starts than there are sections")
+    for start, here, there in zip(given, shares, shares[1:], strict=False):
+        if not _is_in(laps.whole(start["pieces"], here), there):
+            raise Beyond("a lap does not certainly come from a section to a narrower one")
 
 
-def _contracts(box: Box, laps: list[Lap], sizes: list[Fraction], factor: Fraction) -> None:
-    """Raise Refused unless the box comes into itself, and derivatives, so also means of them, contract."""
-    if len(laps) != 1 or len(sizes) != len(box) or any(d <= 0 for d in sizes) or not 0 <= factor < 1:
-        raise Refused("a contraction is shown by one lap, sizes and a factor below 1")
-    if not all(_is_in(lap, box) for lap in laps):
-        raise Beyond("a lap leads out of its box")
-    for row, own in ((r, d) for lap in laps for r, d in zip(lap.slopes, sizes, strict=True)):
-        if sum(max(-low, high) * d for (low, high), d in zip(row, sizes, strict=True)) > factor * own:
-            raise Beyond("a lap does not contract as stated")
+def _areas(question: Question, laps: Along) -> Iterator[tuple[str, Box]]:
+    """Boxes of modes that hold all states with P: of each mode while dwelling there, and right after each edge.
+
+    After an edge only what does not speak of the jump is counted on.
+    """
+    scope, condition = question.scope, question.condition
+    seen = {n[0] for n in nodes(condition)} & EVENTS
+    if "pre" in seen:
+        raise Beyond("an attracting orbit of a condition about what was before a jump")
+    starts = FlowStarts(scope, laps.record)
+    lasting = ["and", *(e for e in conjuncts(condition) if not any(n[0] in EVENTS for n in nodes(e)))]
+    found = [(mode, condition) for mode in scope.modes if Tape(scope, mode).truth(condition) is not False]
+    for edge in question.model.edges if seen else ():
+        if Tape(scope, edge["target"], edge).truth(condition) is not False:
+            found.append((edge["target"], lasting))
+    for mode, e in found:
+        box = starts.box({"where": e, "with": []}, mode, {})
+        if all(low <= high for low, high in box.values()):
+            yield mode, box
 
 
-def _returns(box: Box, laps: list[Lap], centre: list[Fraction], back: list[list[Fraction]]) -> None:
-    """Raise Refused unless `c - C (R(c) - c) + (1 - C (DR(X) - 1)) (X - c)` is in the interior of X (Krawczyk)."""
-    n, sides = len(box), list(box.values())
-    if len(laps) != 1 or len(back) != n or any(len(row) != n for row in back):
-        raise Refused("a fixed point is shown by one lap and a square matrix")
-    lap = laps[0]
-    for i, (low, high) in enumerate(sides):
-        if not low <= centre[i] <= high:
-            raise Refused("a middle that is not in its box")
-        found = centre[i], centre[i]
+def _is_in(lap: Lap, share: Fraction = ONE) -> bool:
+    return all(_size(x) <= share for x in lap.end)
+
+
+def _contracts(lap: Lap, factor: Fraction) -> Fraction:
+    """In which share of the section the fixed point is, with room around it.
+
+    Raises Refused unless the section comes into itself, and derivatives, so also means of them, contract. The fixed
+    point w has `|w| <= |R(w) - R(0)| + |R(0)| <= factor |w| + |R(0)|`.
+    """
+    if not 0 <= factor < 1:
+        raise Refused("a contraction is shown by a factor below 1")
+    if not _is_in(lap):
+        raise Beyond("a lap leads out of its section")
+    shown = max((sum(map(_size, row), Fraction(0)) for row in lap.slopes), default=Fraction(0))
+    if shown > factor:
+        raise Beyond("a lap does not contract as stated")
+    far = max((_size(x) for x in lap.centre), default=Fraction(0)) / (1 - shown)
+    return min(ONE, far * WIDER + ROOM)
+
+
+def _returns(lap: Lap, back: list[list[Fraction]]) -> Fraction:
+    """The whole section, in which the fixed point is.
+
+    Raises Refused unless `-C R(0) + (1 - C (DR - 1)) w` is inside of ]-1, 1[ for all w in [-1, 1] (Krawczyk).
+    """
+    n = len(lap.end)
+    if len(back) != n or any(len(row) != n for row in back):
+        raise Refused("a fixed point is shown by a square matrix")
+    for i, row in enumerate(back):
+        far = _size(_sum((q, x) for q, x in zip(row, lap.centre, strict=True)))
         for j in range(n):
-            missing = lap.centre[j][0] - centre[j], lap.centre[j][1] - centre[j]
-            found = _plus(found, _times((-back[i][j],) * 2, missing))
-            rest = (back[i][j] + (i == j),) * 2
-            for k in range(n):
-                rest = _plus(rest, _times((-back[i][k],) * 2, lap.slopes[k][j]))
-            found = _plus(found, _times(rest, (sides[j][0] - centre[j], sides[j][1] - centre[j])))
-        if not low < found[0] <= found[1] < high:
-            raise Beyond("Newton's method does not show a periodic orbit in the box")
+            moved = _sum((q, lap.slopes[k][j]) for k, q in enumerate(row))
+            one = row[j] + (i == j)
+            far += _size((one - moved[1], one - moved[0]))
+        if not far < 1:
+            raise Beyond("Newton's method does not show a periodic orbit on the section")
+    return ONE
 
 
-def _plus(a: Ends, b: Ends) -> Ends:
-    return a[0] + b[0], a[1] + b[1]
+def _sum(products: Iterator[tuple[Fraction, Ends]]) -> Ends:
+    """A sum of intervals times numbers."""
+    low = high = Fraction(0)
+    for q, (a, b) in products:
+        low, high = low + min(q * a, q * b), high + max(q * a, q * b)
+    return low, high
 
 
-def _times(a: Ends, b: Ends) -> Ends:
-    products = [x * y for x in a for y in b]
-    return min(products), max(products)
+def _size(x: Ends) -> Fraction:
+    return max(abs(x[0]), abs(x[1]))

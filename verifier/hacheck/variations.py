@@ -8,6 +8,7 @@ from hacheck.enclosures import Space
 from hacheck.rational import Beyond
 from hacheck.records import Record
 from hacheck.scope import Scope
+from hacheck.tapes import Tape
 from hacheck.tubes import Field
 
 Json = Any
@@ -24,6 +25,12 @@ def all_names(plain: list[str], columns: list[str]) -> list[str]:
     return [*plain, *(derived(v, c) for c in columns for v in plain)]
 
 
+def smooth(tape: Tape, places: list[int]) -> None:
+    """Raise Beyond where what some places hold has corners."""
+    if any(tape.ops[i][0] in CORNERS for i in tape.used(tuple(places))):
+        raise Beyond("a periodic orbit beside what has corners")
+
+
 class Varied(Field):
     """The flow of a mode, and of derivatives by some variables of the start, derived here from the core."""
 
@@ -35,8 +42,7 @@ class Varied(Field):
             self.rates += [self._along(row, column) for row in jacobian]
         self.names = all_names(plain, columns)
         self.slopes = [[self.tape.slope(r, v) for v in self.names] for r in self.rates]
-        if any(op[0] in CORNERS or op == ("name", "time") for op in self.tape.ops):
-            raise Beyond("a periodic orbit of a flow that has corners or reads the time")
+        smooth(self.tape, [*self.rates, *(p for row in self.slopes for p in row if p is not None)])
 
     def _along(self, row: list[int | None], column: list[int]) -> int:
         terms = [self.tape.times(s, v) for s, v in zip(row, column, strict=True) if s is not None]

@@ -173,7 +173,7 @@ def _recorded(found: Found, goal: Goal, proof: Proof, areas: Sequence[Part], nam
         return found
     low, high = (float(Q(q)) for q in made.entry["period"])
     more = f"the certificate is about a period from {low:.6g} to {high:.6g}; digits and multipliers are enclosed"
-    return replace(found, entry={**found.entry, **made.entry}, files=made.files, notes=(*found.notes, more))
+    return replace(found, entry={"kind": "cycle", **made.entry}, files=made.files, notes=(*found.notes, more))
 
 
 def _judged(goal: Goal, proof: Proof, areas: Sequence[Part], unbounded: str) -> Found:
