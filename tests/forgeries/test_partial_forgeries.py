@@ -97,3 +97,43 @@ def test_what_is_not_defined_is_no_start(start: str) -> None:
     name = start if start != "log(0)" else "log()"
     with pytest.raises(FAULTS):
         outcome("x >= 1 or x < 1", True, [["1", name]], START=start)
+
+
+JUMPING = """
+spec "Jumping" version "1.0" unitless
+automaton A {
+  var x
+  var y
+  init Run where x == 0 and y == 1
+  mode Run {
+    flow { x' = 0; y' = YRATE }
+    edge e: -> Run when GUARD do { x := RESET }
+  }
+}
+invariant i on A: x <= 1 inductive
+"""
+
+
+def jumping(guard: str, reset: str, yrate: str = "0") -> str:
+    world = World(JUMPING.replace("GUARD", guard).replace("RESET", reset).replace("YRATE", yrate))
+    literal = ["<=", [["1", "x"], ["-1"]]]
+    flow = {"cuts": [{"formula": literal, "start": "t", "keep": GROWS}], "end": "b"}
+    here = {"mode": "Run", "values": {"x": "0", "y": "1"}, "params": {}}
+    return world.forge("i", None, {"init": "b", "edge": "b", "flow": flow}, here)
+
+
+def test_what_a_jump_reads_is_defined_where_it_is_made() -> None:
+    """`sqrt(y) - sqrt(y)` is 0 where y is not below 0, and has no value elsewhere (LANGUAGE S1)."""
+    for reset in ("sqrt(y) - sqrt(y)", "0 * log(y + 1)", "1"):
+        assert jumping("y >= 0", reset) == "proved"
+    assert jumping("y <= 0", "1") == "proved"
+    for guard, reset in (("y <= 0", "sqrt(y) - sqrt(y)"), ("true", "0 * sqrt(y)"), ("y >= 0", "0 * log(y)")):
+        with pytest.raises(FAULTS):
+            jumping(guard, reset)
+
+
+def test_what_cancels_in_a_rate_is_evaluated() -> None:
+    assert jumping("true", "1", "sqrt(1 + 0 * y)") == "proved"
+    for rate in ("sqrt(y) - sqrt(y)", "0 * log(y)"):
+        with pytest.raises(FAULTS):
+            jumping("true", "1", rate)

@@ -281,9 +281,9 @@ class Instant:
         pairs = product(*(self._greatest(e) if op[0] in "<>" else [[c] for c in self.value(e)] for e in (low, high)))
         op = op.replace(">", "<")
         held = [disj([self._between(op, x, y) for y in ys]) for xs, ys in pairs for x in xs]
-        return conj([*held, *(self._partial(args, set()) if self.scope.has_functions and not self._exact else ())])
+        return conj([*held, *(self.partial(args, set()) if self.scope.has_functions and not self._exact else ())])
 
-    def _partial(self, e: Json, seen: set[str]) -> Iterator[Formula]:
+    def partial(self, e: Json, seen: set[str]) -> Iterator[Formula]:
         """The roots and logarithms that an expression reads are defined, also where their values are of no account."""
         for op, *args in nodes(e):
             spend(2)
@@ -291,7 +291,7 @@ class Instant:
                 yield literal(">=" if op == "sqrt" else ">", self.poly(args[0]))
             elif op == "let" and args[0] not in seen:
                 seen.add(args[0])
-                yield from self._partial(self.scope.let(self.mode, args[0])["expr"], seen)
+                yield from self.partial(self.scope.let(self.mode, args[0])["expr"], seen)
 
     def _greatest(self, e: Json) -> list[list[Case]]:
         """The cases of a number, each as the greatest of some: of x and -x where it is an absolute value."""

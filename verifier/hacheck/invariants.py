@@ -240,6 +240,8 @@ class Induction:
         edge = self.a["edges"][k]
         before, after = self.scope.identity(edge["source"]), self.model.landing(k)
         guard = before.condition(edge["guard"], closed=edge["urgent"])
+        taken = (*self.common(before), guard, self.formulas[edge["source"]])
+        self.defined(before, [r[end] for r in edge["resets"] for end in ("to", "low", "high") if end in r], taken)
         chosen = self.model.given(self.model.sets(k), before, "'")
         self.keeps_types(before, after, guard, chosen, self.formulas[edge["source"]])
         env = Env(after.env)
@@ -247,9 +249,17 @@ class Induction:
         refute(proof, self.premises(*self.common(before), guard, chosen, *self.common(after),
                                     self.formulas[edge["source"]], negated(target)))  # fmt: skip
 
+    def defined(self, at: Instant, read: Json, known: Iterable[Formula]) -> None:
+        """Refuse unless all roots and logarithms in some expressions, as written, have values (S1)."""
+        told = list(known)
+        for needed in at.partial(read, set()):
+            if needed is not True and not on_box(self.premises(*told, negated(needed))):
+                raise Refused("a jump or a flow reads a root or a logarithm that may not be defined")
+
     def flow(self, mode: str, proof: Json) -> None:
-        always = self.premises(*self.common(self.scope.identity(mode)))
-        flow = Flow(always, self.scope.field(mode), self.states, bool(self.scope.inputs))
+        at, rates = self.scope.identity(mode), self.scope.field(mode)
+        self.defined(at, [line["rate"] for line in self.scope.modes[mode]["flow"]], self.common(at))
+        flow = Flow(self.premises(*self.common(at)), rates, self.states, bool(self.scope.inputs))
         flow.kept(proof, [self.formulas[mode]], self.formulas[mode])
 
     def use(self, mode: str, proof: Json) -> None:

@@ -33,7 +33,10 @@ TIME, ONE, MANY = "time", constant(1), 5000
 
 @record
 class Obligation:
-    """One part: what has to have no common point (`flow`: what is known at all times); a formula to be kept there."""
+    """One part: what has to have no common point (`flow`: what is known at all times); a formula to be kept there.
+
+    Neither may `undefined` have any: in each list a root or a logarithm is evaluated that has no value (LANGUAGE S1).
+    """
 
     kind: str
     where: str
@@ -41,6 +44,7 @@ class Obligation:
     premises: Premises
     kept: Formula | None = None
     edge: int | None = None
+    undefined: tuple[Premises, ...] = ()
 
 
 @holder
@@ -338,7 +342,6 @@ class Induction:
         """What holds when an edge is taken: before, the guard, the chosen values, after."""
         edge = self.automaton.edges[k]
         scope = self.scope(edge.source)
-        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent, is_told=True)
         chosen: list[Formula] = []
         for a in edge.resets:
             if isinstance(a.to, Range):
@@ -346,7 +349,23 @@ class Induction:
                 chosen.append(compare(">=", value - scope.polynomial(a.to.low)))
                 chosen.append(compare("<=", value - scope.polynomial(a.to.high)))
         after = self.common(edge.target, self.landing(k))
-        return [*self.common(edge.source), guard, *chosen, *after]
+        return [*self.before(k), *chosen, *after]
+
+    def before(self, k: int) -> list[Formula]:
+        """What holds where an edge is taken, whatever it makes of the state."""
+        edge = self.automaton.edges[k]
+        guard = self.formula(edge.guard, edge.source, is_closed=edge.urgent, is_told=True)
+        return [*self.common(edge.source), guard]
+
+    def _undefined(self, known: Premises, mode: str, read: Iterable[Expr | Range]) -> tuple[Premises, ...]:
+        """What is known, each time with one of the roots and logarithms that are read having no value.
+
+        They are those of the expressions as written: what cancels is evaluated as well.
+        """
+        reading, found = Reading(mode, self.scope(mode), False, True), list[Formula]()
+        for e in (end for to in read for end in ((to.low, to.high) if isinstance(to, Range) else (to,))):
+            found += [self.formula(c, mode, is_told=True) for c in reading.defined(residual(e, Situation(mode)), set())]
+        return tuple(known.with_(denied(f)) for f in dict.fromkeys(found) if f is not True)
 
     def lines(self) -> Iterator[tuple[Init, str, str]]:
         """Each init line with each mode it allows, and how this is called."""
@@ -365,10 +384,13 @@ class Induction:
         for k, edge in enumerate(self.automaton.edges):
             wrong = denied(self.after(formulas[edge.target], k))
             told = [*self.jump(k), formulas[edge.source], wrong]
-            yield Obligation("edge", names[k], edge.source, self.premises(*told), None, k)
+            before = self.premises(*self.before(k), formulas[edge.source])
+            undefined = self._undefined(before, edge.source, (a.to for a in edge.resets))
+            yield Obligation("edge", names[k], edge.source, self.premises(*told), None, k, undefined)
         for mode in self.automaton.modes:
             common = self.premises(*self.common(mode.name))
-            yield Obligation("flow", mode.name, mode.name, common, formulas[mode.name])
+            undefined = self._undefined(common, mode.name, (line.rate for line in mode.flow))
+            yield Obligation("flow", mode.name, mode.name, common, formulas[mode.name], None, undefined)
         for mode in self.automaton.modes if not self.claim.inductive else ():
             told = [*self.common(mode.name), formulas[mode.name], denied(self.aim(mode.name))]
             yield Obligation("use", mode.name, mode.name, self.premises(*told))

@@ -17,7 +17,7 @@ from haverify.analyses.induction.excluding import excluding
 from haverify.analyses.induction.invented import applies, invent
 from haverify.analyses.induction.keep import Keeper
 from haverify.analyses.induction.portrait import portrait
-from haverify.analyses.induction.prove import prove
+from haverify.analyses.induction.prove import is_defined, prove
 from haverify.analyses.induction.reached import nearest, reached_text
 from haverify.analyses.induction.refutation import Admissible, Start, admissible, at_once, by_jump, by_run
 from haverify.analyses.induction.refute import Effort
@@ -224,7 +224,9 @@ def attempt(
     """
     parts = list[tuple[Obligation, Json]]()
     for ob in induction.parts(formulas):
-        if ob.kept is None:
+        if not is_defined(ob):
+            proof = None
+        elif ob.kept is None:
             proof = prove(ob.premises, effort)
         elif flows is not None and ob.mode in flows:
             proof = flows[ob.mode]

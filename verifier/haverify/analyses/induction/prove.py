@@ -11,10 +11,12 @@ from haverify.obligations.premises import Premises, members
 
 if TYPE_CHECKING:
     from haverify.maths.polynomial import Polynomial
+    from haverify.obligations.induction import Obligation
     from haverify.solvers.positivity.refute import Effort as Programs
 
 Json = Any
 SECONDS = 5.0
+GLANCE = Effort(8, 8)
 
 
 def prove(premises: Premises, effort: Effort) -> Json | None:
@@ -25,6 +27,11 @@ def prove(premises: Premises, effort: Effort) -> Json | None:
     from haverify.solvers.positivity.refute import refute as by_programs
 
     return by_programs(premises, _programs())
+
+
+def is_defined(ob: Obligation) -> bool:
+    """Whether all roots and logarithms that a part evaluates certainly have values."""
+    return all(refute(known, GLANCE) is not None for known in ob.undefined)
 
 
 def rule_for(premises: Premises, kept: Formula, rates: dict[str, Polynomial], effort: Effort) -> Json | None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from haverify.analyses.induction.decide import Shown
 from haverify.analyses.induction.keep import Keeper
+from haverify.analyses.induction.prove import is_defined
 from haverify.analyses.induction.refute import Effort
 from haverify.analyses.zeno.closing import Closing, Last
 from haverify.analyses.zeno.drains import drains
@@ -46,6 +47,8 @@ def shown_by(induction: Induction, closing: Closing, effort: Effort) -> Shown:
 
 
 def _proof(induction: Induction, closing: Closing, ob: Obligation, effort: Effort) -> Json | None:
+    if not is_defined(ob):
+        return None
     if ob.kept is not None:
         return _flow(induction, ob, closing.last.get(ob.mode), Effort())
     if ob.edge is not None:
