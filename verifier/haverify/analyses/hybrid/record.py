@@ -80,13 +80,14 @@ def _new_file(question: Question, given: Sequence[tuple[Box, Sequence[Piece]]], 
     if bits is None or any(len(m) != len(varied) for m in monomials):
         return None
     last = ceil(until * 2**bits)
+    order = max(len(row) - 1 for _, (_, x) in steps for row in x)  # stiff parts have steps of their own
     try:
         starts = [_start(model, box, trees, bits, last) for (box, _), trees in zip(given, grown, strict=True)]
     except Fault:
         return None
     return {
         "schema": "haverify.flow/1", "automaton": model.automaton.name, "bits": bits,
-        "order": len(steps[0][1][1][0]) - 1, "set": varied, "monomials": monomials, "starts": starts,
+        "order": order, "set": varied, "monomials": monomials, "starts": starts,
     }  # fmt: skip
 
 
