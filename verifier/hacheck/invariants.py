@@ -249,12 +249,15 @@ class Induction:
         refute(proof, self.premises(*self.common(before), guard, chosen, *self.common(after),
                                     self.formulas[edge["source"]], negated(target)))  # fmt: skip
 
-    def defined(self, at: Instant, read: Json, known: Iterable[Formula]) -> None:
-        """Refuse unless all roots and logarithms in some expressions, as written, have values (S1)."""
+    def undefined(self, at: Instant, read: Json, known: Iterable[Formula]) -> Iterator[Premises]:
+        """What is known, each time with a root or a logarithm of some expressions, as written, without a value (S1)."""
         told = list(known)
-        for needed in at.partial(read, set()):
-            if needed is not True and not on_box(self.premises(*told, negated(needed))):
-                raise Refused("a jump or a flow reads a root or a logarithm that may not be defined")
+        return (self.premises(*told, negated(f)) for f in at.partial(read, set()) if f is not True)
+
+    def defined(self, at: Instant, read: Json, known: Iterable[Formula]) -> None:
+        """Refuse unless all that is evaluated has a value."""
+        if not all(map(on_box, self.undefined(at, read, known))):
+            raise Refused("a jump or a flow reads a root or a logarithm that may not be defined")
 
     def flow(self, mode: str, proof: Json) -> None:
         at, rates = self.scope.identity(mode), self.scope.field(mode)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
@@ -79,10 +80,27 @@ def told(f: Json) -> Json:
     return [f[0], *map(told, f[1:])] if f[0] in ("and", "or") else [f[0], sorted(f[1])]
 
 
+def entries(known: Premises) -> list[Json]:
+    return [told(formula_json(f)) for f in known.entries]
+
+
+def unique(found: Iterable[Json]) -> list[Json]:
+    """Each once, in order."""
+    return [json.loads(f) for f in dict.fromkeys(map(json.dumps, found))]
+
+
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[Json]:
-    """The lists of premises that the second checker looks at, with no proof asked for."""
+    """The lists of premises that the second checker looks at, with no proof asked for, and those of what is read."""
     found: list[Json] = []
+    read: list[Json] = []
+
+    def seen(known: Any) -> None:
+        found.append(([plain(f) for f in known.entries], unique(read)))
+        read.clear()
+
+    def defined(of: Second, *about: Any) -> None:
+        read.extend([plain(f) for f in known.entries] for known in of.undefined(*about))
 
     class Flow:
         def __init__(self, always: Any, rates: Any, names: Any, has_inputs: bool = False) -> None:
@@ -94,9 +112,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Json]:
             return formula(value)
 
         def kept(self, proof: Json, start: Any, wanted: Any) -> None:
-            found.append([plain(f) for f in self.always.entries])
+            seen(self.always)
 
-    monkeypatch.setattr("hacheck.invariants.refute", lambda _, known: found.append([plain(f) for f in known.entries]))
+    monkeypatch.setattr("hacheck.invariants.refute", lambda _, known: seen(known))
+    monkeypatch.setattr("hacheck.invariants.Induction.defined", defined)
     monkeypatch.setattr("hacheck.invariants.Flow", Flow)
     return found
 
@@ -119,7 +138,8 @@ def compare(text: str, name: str, is_bare: bool, asked: list[Json]) -> None:
     mine.check()
     bare = is_bare and not claim.inductive
     formulas = {m.name: True if bare else mine.aim(m.name) for m in spec.automata[0].modes}
-    parts = [(ob.kind, ob.where, [told(formula_json(f)) for f in ob.premises.entries]) for ob in mine.parts(formulas)]
+    asking = ((ob, entries(ob.premises), unique(map(entries, ob.undefined))) for ob in mine.parts(formulas))
+    parts = [(ob.kind, ob.where, (premises, undefined)) for ob, premises, undefined in asking]
     setting = Setting(core, core.automata["A"], False, lambda _: None, lambda n: core.claims[n])
     question = Question(setting, core.claims[name], core.claims[name]["goals"][0])
     modes = None if claim.inductive else {m: formula_json(f) for m, f in formulas.items()}
