@@ -32,12 +32,22 @@ class AlongRun(Along):
             k, stays = jump["edge"], list(self._stays(node, here, params))
             self._waits(stays[:-1], touching)
             landing = self._taken(k, jump, stays)
-            (node,) = (j for j in node["jumps"] if j["edge"] == k)
+            node = self._next(node, k)
             here, touching = self.landed(k, node, self.border(stays[-1]), landing), landing.touching
         if self.aim.meet:
             self._never(node, here, params, touching)
         else:
             self._ends(node, here, params, touching, number(run["last"]), landing)
+
+    @staticmethod
+    def _next(node: Json, k: Json) -> Json:
+        """Where a record goes on after edge k."""
+        found = [j for j in node["jumps"] if j["edge"] == k]
+        if len(found) > 1:
+            raise Beyond("a recorded run may take its edge at several instants")
+        if not found:
+            raise Refused("a run takes an edge that its record does not have")
+        return found[0]
 
     def _stays(self, node: Json, here: Here, params: Any) -> Any:
         for step in node["steps"]:

@@ -342,12 +342,10 @@ pub fn reach(
     let mut analysis = Analysis { modes, horizon, until, settings, strides, budget, waiting, found, passed, taken: 0 };
     while let Some(next) = analysis.waiting.pop_front() {
         allowed()?;
+        // What waits is told too: a stretch without successors in the tree would seem to have none.
         let is_over = analysis.found.len() >= budget.stretches;
         let stretch = if is_over { bare(&next, End::Stretches) } else { analysis.follow(next) };
         analysis.found.push(stretch);
-        if is_over {
-            break;
-        }
     }
     Ok(analysis.found)
 }

@@ -1,6 +1,7 @@
 """Claims about automata with flows, by the tree of stretches between jumps that encloses all their runs.
 
-`always P`, `can reach P`, `reach P within T`, and `stl` with one temporal operator. What holds on every stretch holds
+`always P`, `can reach P`, `reach P within T`, and `stl`, whose formulas of several temporal operators are read off
+timelines. What holds on every stretch holds
 on every run. Where it does not, the box of starts is split. A start whose own stretches certainly exist and certainly
 violate `P` refutes. Trust: `enclosed`.
 """
@@ -15,13 +16,14 @@ from haverify.analyses.hybrid.conserved import conserved
 from haverify.analyses.hybrid.counted import proved_by_counting
 from haverify.analyses.hybrid.drawing import drawing
 from haverify.analyses.hybrid.endless import not_for_ever, proved_for_ever
+from haverify.analyses.hybrid.formulas import broken_by_one, kept_by_all, open_formula
 from haverify.analyses.hybrid.inputs import fields
 from haverify.analyses.hybrid.margin import margin
 from haverify.analyses.hybrid.model import Start, hybrid_model, written_out
 from haverify.analyses.hybrid.prove import proved_at_once, proved_by, undecided
 from haverify.analyses.hybrid.question import Question, question_of
 from haverify.analyses.hybrid.record import proof_record, record_name, run_record
-from haverify.analyses.hybrid.runs import admissible, by_a_run, params_at
+from haverify.analyses.hybrid.runs import admissible, admissible_points, by_a_run, params_at
 from haverify.analyses.hybrid.shared import Trees
 from haverify.evidence.certificate import certificate, run_json, start_json
 from haverify.evidence.evidence import Evidence, PartResult
@@ -125,6 +127,8 @@ def _decide(question: Question) -> Answer:
     if start is None:
         return Answer(Unknown("vacuous", "no start was found that is certainly admissible"))
     kind, entry = question.asked.kind, {"kind": "flowpipe", "start": _start_json(question, *start)}
+    if kind == "signal":
+        return _by_its_signal(question, entry)
     is_counted = proved_by_counting(question)
     if is_counted:
         return Answer(Proved(), "holds along flowpipes, on which jumps are counted", entry)
@@ -145,6 +149,17 @@ def _decide(question: Question) -> Answer:
     if is_endless:
         return Answer(Proved(), "holds along flowpipes that return into themselves", entry)
     return Answer(Proved(margin(question, proof, *start)), text, entry, record=record)
+
+
+def _by_its_signal(question: Question, entry: Json) -> Answer:
+    """The verdict on a formula of several temporal operators: what the author expects is tried first."""
+    for is_run in (True, False) if _is_run_likely(question) else (False, True):
+        run = broken_by_one(question, admissible_points(question)) if is_run else None
+        if run is not None:
+            return _by_the_run(question, run)
+        if not is_run and kept_by_all(question):
+            return Answer(Proved(), "holds along every flowpipe", entry)
+    return Answer(open_formula(question))
 
 
 def _is_run_likely(question: Question) -> bool:
@@ -172,7 +187,7 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     record = run_record(question, piece.start, piece.box, until) if _may_be_recorded(question) else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)
-    return Answer(Refuted(), "violated" if kind == "always" else "never met", shown, run, record=record)
+    return Answer(Refuted(), "never met" if kind == "reach" else "violated", shown, run, record=record)
 
 
 def _start_json(question: Question, start: Start, point: Sequence[Q]) -> Json:

@@ -9,6 +9,7 @@ from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, cl
 from haverify.analyses.hybrid.conserved import Conserved
 from haverify.analyses.hybrid.listing import Judged, landing_condition
 from haverify.analyses.hybrid.model import HybridModel
+from haverify.analyses.signals_formula import TEMPORAL, formula_of, is_temporal
 from haverify.model.claim import Claim, Goal
 from haverify.model.expression import Expr, nodes
 from haverify.model.hybrid import Range
@@ -94,18 +95,30 @@ def reads_time(model: HybridModel, goal: Goal) -> bool:
 def _signal(model: HybridModel, claim: Claim, e: Expr) -> Asked:
     """A formula of one temporal operator: `globally` is `always during`, `eventually` is `reach` in a window.
 
-    Raises
-    ------
-    OutsideFragmentError    if there are more
+    One of several is asked as a whole, from the start to as far as it looks.
     """
-    temporal = [n for n in nodes(e) if n.op in ("globally", "eventually", "until")]
-    if len(temporal) != 1 or e.op not in ("globally", "eventually"):
-        raise OutsideFragmentError("`stl` of more than one `globally` or `eventually`, about a flow")
+    if sum(n.op in TEMPORAL for n in nodes(e)) != 1 or e.op not in ("globally", "eventually"):
+        return _formula(model, claim, e)
     low, high, inner = e.children
     first, last = model.values.number(low), model.values.number(high)
     kind = "always" if e.op == "globally" else "reach"
     _fit_for_ends(model, Goal(kind, inner), first)
     return Asked(kind, inner, first, last, _budget(model, claim), to_the_end=True)
+
+
+def _formula(model: HybridModel, claim: Claim, e: Expr) -> Asked:
+    """A formula of several temporal operators.
+
+    Raises
+    ------
+    OutsideFragmentError    if runs may end in a terminal mode, or are judged up to an assumption only
+    """
+    if any(m.terminal for m in model.modes):
+        raise OutsideFragmentError("`stl` of several temporal operators, beside a terminal mode")
+    if model.assumed:
+        raise OutsideFragmentError("`stl` of several temporal operators, beside assumptions on states")
+    horizon = formula_of(e, model.values.number).horizon
+    return Asked("signal", e, Q(0), horizon, _budget(model, claim), to_the_end=True)
 
 
 def _fit_for_ends(model: HybridModel, goal: Goal, first: Q) -> None:
@@ -130,9 +143,10 @@ def judged_of(model: HybridModel, asked: Asked, laws: Conserved | None = None) -
     Runs are judged as long as assumptions hold (LANGUAGE S25); invariants that are used hold on all of them.
     """
     is_denied = asked.kind == "can_reach"
+    told_of = Expr("true") if is_temporal(asked.condition) else asked.condition  # a formula is judged by its atoms
 
     def timed(c: Condition) -> Condition:
-        if asked.last_jump or asked.endless:
+        if asked.last_jump or asked.endless or asked.kind == "signal":
             return c
         after = Atom(Expr("-", (TIME, Expr("num", (asked.last,)))), ">")
         before = Atom(Expr("-", (TIME, Expr("num", (asked.first,)))), "<")
@@ -145,10 +159,10 @@ def judged_of(model: HybridModel, asked: Asked, laws: Conserved | None = None) -
 
     dwelling = []
     for number, known in enumerate(model.definitions):
-        dwelling.append(told(condition(model.dwelling(asked.condition, number), known, is_denied), number))
+        dwelling.append(told(condition(model.dwelling(told_of, number), known, is_denied), number))
     names = {m.name for m in model.modes}
     landing = {
-        k: told(landing_condition(model, k, asked.condition, is_denied), model.mode(e.target))
+        k: told(landing_condition(model, k, told_of, is_denied), model.mode(e.target))
         for k, e in enumerate(model.automaton.edges)
         if e.source in names
     }

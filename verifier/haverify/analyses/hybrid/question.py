@@ -43,6 +43,7 @@ RECORDED = 4  # times the stretches of a proof that its record may have: it is n
 LAPS, RETURNS = 600, 60  # steps and stretches after which sets do not seem to return
 LOOKS = 32  # what is looked at is at most this part of the horizon
 DRIVEN = 8  # times as many steps where inputs drive the flow: what they do in a step is taken as a box
+CLOSER = 4  # times as many where instants count: windows of formulas begin and end there
 FINER = 1e-3  # times the error aimed at, where the usual one did not do
 INSTANT = Q(1, 10**9)  # a horizon of 0 s is looked at for a little longer
 BEYOND = Q(1, 10**4)  # of the horizon is recorded more: instants of jumps are known with an error
@@ -259,6 +260,7 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     looks = LOOKS * DRIVEN if any(driven for _, driven, *_ in question.modes) else LOOKS
+    looks *= CLOSER if question.asked.kind == "signal" else 1
     settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, STEPS, 4)
     settings = tuned(settings, question.claim, wide)
     return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings

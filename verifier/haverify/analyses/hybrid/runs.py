@@ -33,10 +33,15 @@ def admissible(question: Question) -> Point | None:
     return next(((s, p) for s, p in tried if _is_admissible(question, s, p)), None)
 
 
+def admissible_points(question: Question) -> list[Point]:
+    """The middles and corners of starts that are certainly admissible."""
+    return [(s, p) for s in question.model.starts for p in points(s.box) if _is_admissible(question, s, p)]
+
+
 def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     """A start that is certainly admissible; a run that certainly decides the goal, from a middle or a corner."""
     model = question.model
-    tried = [(s, p) for s in model.starts for p in points(s.box) if _is_admissible(question, s, p)]
+    tried = admissible_points(question)
     open_ones = list(_not_ruled_out(question, tried)) if len(tried) > 1 else tried
     for chosen in choices(model):
         modes = listings(model, question.judged, chosen=chosen) if chosen else question.modes
@@ -196,6 +201,11 @@ def _is_followed(tree: Sequence[Stretch], number: int | None) -> bool:
             return False
         number = tree[number].parent
     return True
+
+
+def run_through(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch], number: int) -> Run:
+    """The run to the last step of a stretch."""
+    return _run(question, start, point, tree, number, tree[number].stages[-1].time, is_landing=False)
 
 
 def _never_met(question: Question, start: Start, point: Sequence[Q], tree: Sequence[Stretch]) -> Run | None:

@@ -27,7 +27,7 @@ TRUE = Expr("true")
 JUMPS = (2, 4, 6, 8, 12, 16, 24, 32)  # how many are followed, one after the other, as far as that works
 ROOM, EACH = 24, 4  # stretches that may be followed for them, and for each of them more
 CUTS = 2
-LEFT_OUT = "the stretches allowed were used up"  # of the last one; others that were to be followed are in no tree
+LEFT_OUT = "the stretches allowed were used up"
 STEPS = 100  # of one stretch; a tree has at most twice as many
 
 
