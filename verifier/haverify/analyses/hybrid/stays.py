@@ -179,8 +179,8 @@ class Stays:
             return None
         if end == "left" or not times:
             return times[0][0] if times else stay.begin[0]
-        jumps = (t[0] for k in self._following[number] if (t := self._jumps[k]) is not None)
-        return min(times[-1][0], *jumps)
+        instants: list[int] = [t[0] for k in self._following[number] if (t := self._jumps[k]) is not None]
+        return min([times[-1][0], *instants])
 
     def _is_real(self, number: int) -> bool:
         """Whether a stretch begins with a jump of the automaton, not with a change of side."""
