@@ -74,7 +74,7 @@ def decided(formula):
     [
         ("globally[0, 0.5] eventually[0, 1.7] jump(again)", Proved),
         ("globally[0, 0.2] eventually[0, 1] jump(again)", Refuted),
-        ("globally[0, 0.4] (x <= 1.2 until[0, 1] x >= 0.9)", Proved),
+        ("globally[0, 0.4] (x <= 1.2 until[0, 1.2] x >= 0.9)", Proved),
         ("globally[0, 1] (jump(again) implies x <= 0.1 and eventually[0, 0.9] x >= 0.6)", Proved),
     ],
 )
