@@ -80,6 +80,18 @@ automaton A {
 }
 """
 
+CROWDED = """
+automaton A {
+  var x
+  init On where x == 0
+  mode On { domain x <= 1; flow { x' = 1 + x } }
+  mode Off { flow { x' = 0 } }
+  mode Lost { flow { x' = 0 } }
+EDGES
+  edge last: On -> Lost when x >= 1
+}
+"""
+
 
 @pytest.fixture
 def decided(tmp_path: Path) -> Decide:
@@ -212,3 +224,13 @@ def test_an_assumed_bound_of_a_param_is_kept_by_its_starts_alone(decided: Decide
     claim = "property q on A {{ assume p >= 0.3; within {}; reach at(N) within {} }}"
     assert isinstance(decided(text, claim.format(4, 4)).verdict, Proved)
     assert isinstance(decided(text, claim.format(3, 3)).verdict, Refuted)
+
+
+@pytest.mark.parametrize("edges", [1, 20])
+def test_jumps_that_nobody_follows_any_more_may_miss_the_goal(decided: Decide, edges: int) -> None:
+    """All early jumps meet it, and fill the tree; the last one, which a run may wait for, does not."""
+    text = CROWDED.replace("EDGES", "\n".join(f"  edge off{k}: On -> Off" for k in range(edges)))
+    assert isinstance(decided(text, "property p on A { reach at(Off) within 0.8 }").verdict, (Unknown, Refuted))
+    assert isinstance(
+        decided(text, "property p on A { reach x >= 0.9 or at(Off) within 0.8 }").verdict, (Unknown, Proved)
+    )
