@@ -9,6 +9,7 @@
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 compile_error!("the rounding arguments of this crate hold for x86_64 and aarch64 only");
 
+mod affine;
 pub mod arena;
 pub mod automaton;
 pub mod chance;

@@ -37,6 +37,8 @@ from haverify.text.record import field, holder, record, replace
 
 Q = Fraction
 STEPS = 4000
+# Where inputs drive a flow with jumps: sets that come to more have spread, and leave no work for other attempts.
+STEPS_DRIVEN = 1200
 STRETCHES = 400
 CUTS = 6
 RECORDED = 4  # times the stretches of a proof that its record may have: it is not to take much longer
@@ -259,9 +261,11 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     horizon = float(max(question.asked.last, INSTANT))
     horizon = min(horizon, FAR) if question.model.jumps else horizon
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
-    looks = LOOKS * DRIVEN if any(driven for _, driven, *_ in question.modes) else LOOKS
+    is_driven = any(driven for _, driven, *_ in question.modes)
+    looks = LOOKS * DRIVEN if is_driven else LOOKS
     looks *= CLOSER if question.asked.kind == "signal" else 1
-    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, STEPS, 4)
+    steps = STEPS_DRIVEN if is_driven and question.model.jumps else STEPS
+    settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, steps, 4)
     settings = tuned(settings, question.claim, wide)
     return replace(settings, tolerance=settings.tolerance * FINER) if is_finer else settings
 
