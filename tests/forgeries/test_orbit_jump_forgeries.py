@@ -7,10 +7,12 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.forgeries.test_orbit_forgeries import (
     Damage,
@@ -27,8 +29,9 @@ from tests.forgeries.test_orbit_forgeries import (
 from hacheck.core import Core
 from hacheck.laps import Lap, Laps
 from hacheck.obligations import Question, Setting
+from hacheck.orbits import _come_in, _contracts, _narrow, _returns
 from hacheck.rational import Refused
-from hacheck.sections import section_of
+from hacheck.sections import ONE, section_of
 
 # A circle cut in two: on the way over y == 0 upwards x comes to 1/2 times as far from 1.
 KICKED = """automaton A {
@@ -171,6 +174,7 @@ def test_a_variable_that_is_zero_at_a_border_is_exactly_that() -> None:
 rationals = st.fractions(-3, 3, max_denominator=7)
 
 
+@settings(deadline=None)
 @given(st.lists(st.lists(rationals, min_size=3, max_size=3), min_size=3, max_size=3))
 def test_coordinates_of_a_section_are_undone_exactly(basis: list[list[Fraction]]) -> None:
     entry = {"mode": "M", "section": ["v", "1"], "centre": dict.fromkeys("abc", "0"),
@@ -308,6 +312,7 @@ def more_edges(name: str, guard: Json, urgent: bool, mode: str = "Up") -> Damage
 
 X, Y = ["var", "x"], ["var", "y"]
 UP_AGAIN = ["and", ["==", Y, "0"], [">", X, "0"]]
+NEARLY_DOWN = ["and", [">", Y, "0"], ["<=", Y, "1/1000"], ["<", X, "0"]]
 # What the hash forbids, were it not there.
 OF_MODELS: dict[str, Damage] = {
     "another reset": edge("up", lambda e: e.update(resets=[{"var": "x", "to": ["+", "1", ["-", X, "1"]]}])),
@@ -324,6 +329,12 @@ OF_MODELS: dict[str, Damage] = {
     "another edge at the border": more_edges("side", UP_AGAIN, False, "Down"),
     "an edge on the way": more_edges("side", [">=", Y, "1/2"], False),
     "an urgent edge on the way": more_edges("side", [">=", Y, "1/2"], True),
+    "an edge just before a border": more_edges("side", NEARLY_DOWN, False),
+    "a param": on_automaton(lambda a: a["params"].append({"name": "k", "low": "0", "high": "1"})),
+    "a bound beside the jump that is none": goal(
+        condition=["and", ["jump", "up"], ["or", ["jump", "up"], [">=", X, "9/10"]],
+                   ["or", ["jump", "up"], ["<=", X, "11/10"]], ["<=", ["abs", Y], "1/10"]]
+    ),
     "a flow after a jump": on_automaton(lambda a: a["modes"][1]["flow"][0].update(rate=["*", "-9/10", Y])),
     "a flow before a jump": on_automaton(lambda a: a["modes"][0]["flow"][1].update(rate=["*", "9/10", X])),
     "a domain that is left before": on_automaton(
@@ -366,6 +377,60 @@ def test_wider_starts_of_the_same_jump_are_not_shown(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("name", ["a jump left out", "another landing", "another derivative after a jump"])
 def test_damaged_fixed_points_are_not_shown(name: str) -> None:
     refused(LEAVES, UP, OF_CERTIFICATES[name])
+
+
+BESIDE = ("a condition beside the orbit", "another jump")
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_orbits_that_do_not_meet_the_condition_are_not_shown(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Question, "same", lambda *_: None)
+    refused(LEAVES, UP, OF_MODELS[name])
+
+
+def ending(low: str, high: str, slope: str = "0", centre: str = "0") -> Lap:
+    """A lap in one coordinate."""
+    middle = Fraction(centre), Fraction(centre)
+    return Lap((ONE, ONE), [(Fraction(low), Fraction(high))], [[(Fraction(slope), Fraction(slope))]], [middle], [])
+
+
+def test_what_contracts_comes_into_itself_and_tells_where_the_fixed_point_is() -> None:
+    half = Fraction(1, 2)
+    share = _contracts(ending("-1", "1", "-1/2", "1/10"), half)
+    assert Fraction(1, 5) < share < Fraction(1, 4)
+    assert _contracts(ending("-1", "1", "1/2", "3/4"), half) == 1
+    for lap in (ending("0", "2"), ending("-2", "0"), ending("0", "1", "-3/4"), ending("0", "1", "3/4")):
+        with pytest.raises(Refused):
+            _contracts(lap, half)
+    with pytest.raises(Refused):
+        _contracts(ending("0", "0"), ONE)
+
+
+def test_newtons_method_needs_the_interior() -> None:
+    _returns(ending("0", "0", "3", "1/4"), [[Fraction(1, 2)]])  # R(w) = 3 w + 1/4, whose fixed point is -1/8
+    for centre in ("2", "-3"):  # fixed points -1, 3/2
+        with pytest.raises(Refused):
+            _returns(ending("0", "0", "3", centre), [[Fraction(1, 2)]])
+
+
+def test_runs_from_the_condition_have_to_come_to_the_section(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And from larger sections to smaller ones, as large as is said."""
+
+    def laps(end: str) -> Any:
+        record = SimpleNamespace(data={"starts": [{"pieces": None}]})
+        lap = ending("0", end)
+        return SimpleNamespace(record=record, parted=lambda *_: [lap], whole=lambda *_: lap)
+
+    monkeypatch.setattr("hacheck.orbits._areas", lambda *_: [("M", {})])
+    shares = [Fraction(3), Fraction(2)]
+    _come_in(SimpleNamespace(), laps("3"), shares[0])
+    _narrow(laps("2"), shares)
+    with pytest.raises(Refused):
+        _come_in(SimpleNamespace(), laps("4"), shares[0])
+    with pytest.raises(Refused):
+        _narrow(laps("3"), shares)
+    with pytest.raises(Refused):
+        _narrow(laps("2"), [*shares, ONE])
 
 
 def test_a_repelling_orbit_is_not_shown_to_attract(monkeypatch: pytest.MonkeyPatch) -> None:
