@@ -8,6 +8,7 @@ import re
 import shutil
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import zip_longest
 from pathlib import Path
 
 import pytest
@@ -80,23 +81,52 @@ def test_the_copy_is_as_good_as_the_original(folder: Path) -> None:
     assert unexpected(report) == []
 
 
+def is_named(report: dict, said: str, table: str, phase: str) -> bool:
+    """Whether a part of an unexpected claim is refuted for the table's output in a phase, and the row is said."""
+    parts = [p for c in unexpected(report) for p in c["parts"] if p["verdict"] == "refuted"]
+    is_refuted = any((p["mode"], p["output"]) == (phase, OUTPUTS[table]) for p in parts)
+    return is_refuted and f"coeffs/{table}.csv:{ROW[phase]}" in said
+
+
 @pytest.mark.parametrize("table", OUTPUTS)
-def test_a_flipped_sign_is_found_and_named(folder: Path, table: str, capsys: pytest.CaptureFixture[str]) -> None:
-    path = folder / "spec" / "coeffs" / f"{table}.csv"
-    good = path.read_text()
-    seen = 0
-    for phase, column, text in flips(table):
-        rewrite(path, phase, column, text)
+def test_a_flipped_sign_alone_is_found_and_named(folder: Path, table: str, capsys: pytest.CaptureFixture[str]) -> None:
+    phase, column, text = next(flips(table))
+    rewrite(folder / "spec" / "coeffs" / f"{table}.csv", phase, column, text)
+    code, report = check()
+    assert code == 1
+    assert is_named(report, capsys.readouterr().out, table, phase)
+
+
+def flips_of_turn(turn: int) -> Iterator[list[tuple[str, str, str, str]]]:
+    """Flips (table, phase, column, number) to make at once: of each table one, all in different phases."""
+    phases = list(ENDS)
+    own = [
+        [(table, *flip) for flip in flips(table) if flip[0] == phases[(k + turn) % len(phases)]]
+        for k, table in enumerate(OUTPUTS)
+    ]
+    yield from ([f for f in some if f is not None] for some in zip_longest(*own))
+
+
+def test_every_flip_has_its_turn() -> None:
+    made = [flip for turn in range(len(ENDS)) for some in flips_of_turn(turn) for flip in some]
+    assert sorted(made) == sorted((table, *flip) for table in OUTPUTS for flip in flips(table))
+    assert all(sum(table == t for t, *_ in made) > 20 for table in OUTPUTS)
+
+
+@pytest.mark.parametrize("turn", range(len(ENDS)))
+def test_every_flipped_sign_is_found_and_named(folder: Path, turn: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """No two are in one phase or one table: what is said of a phase's output is said of one flip."""
+    coeffs = folder / "spec" / "coeffs"
+    good = {table: (coeffs / f"{table}.csv").read_text() for table in OUTPUTS}
+    for some in flips_of_turn(turn):
+        for table, *cell in some:
+            rewrite(coeffs / f"{table}.csv", *cell)
         code, report = check()
         said = capsys.readouterr().out
-        path.write_text(good)
-        parts = [p for c in unexpected(report) for p in c["parts"] if p["verdict"] == "refuted"]
-        place = (phase, column, text)
-        assert code == 1, place
-        assert any((p["mode"], p["output"]) == (phase, OUTPUTS[table]) for p in parts), place
-        assert f"coeffs/{table}.csv:{ROW[phase]}" in said, place
-        seen += 1
-    assert seen > 20
+        for table, text in good.items():
+            (coeffs / f"{table}.csv").write_text(text)
+        assert code == 1, some
+        assert all(is_named(report, said, table, phase) for table, phase, *_ in some), some
 
 
 def swaps(text: str) -> Iterator[tuple[str, str]]:
