@@ -22,6 +22,22 @@ def copy_of(folder: Path, target: Path) -> Path:
     return target
 
 
+class Forger:
+    """A copy of a report folder that takes one damage at a time: only what the last one changed is written again."""
+
+    def __init__(self, truth: Path, target: Path) -> None:
+        self.copy = copy_of(truth, target)
+        self._truth = {p: p.read_bytes() for p in sorted(self.copy.rglob("*")) if p.is_file()}
+
+    def forged(self, forge: Forge) -> Path:
+        """The copy with this damage alone."""
+        for path, data in self._truth.items():
+            if not path.is_file() or path.read_bytes() != data:
+                path.write_bytes(data)
+        forge(self.copy)
+        return self.copy
+
+
 def damages(folder: Path) -> Iterator[tuple[str, Forge]]:
     """All damages of a folder, each with a name."""
     yield from _report_damages(folder)

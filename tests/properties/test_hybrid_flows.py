@@ -397,7 +397,7 @@ def test_runs_stay_in_their_trees_and_agree_with_verdicts(machine: Machine) -> N
     assert examined(machine, 1.5, 3, 7) == []
 
 
-# With starts that are admissible; runs of the last four jump. Others need long, as 7, whose tree has no end.
+# Starts of all of these are admissible, those of 1 and 2 are not; runs of the last four jump, those of the first never.
 SEEDS = (0, 3, 4, 5, 6, 26, 28, 42, 50)
 
 
