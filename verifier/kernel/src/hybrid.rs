@@ -406,7 +406,7 @@ impl<'a> Analysis<'a> {
     fn follow(&mut self, mut from: Waiting) -> Stretch {
         if self.until == Until::Passed && from.jump.is_some() {
             match self.boxed(&from) {
-                Ok(Some(set)) => (from.set, from.is_certain) = (set, false),
+                Ok(Some(set)) => (from.set, from.is_certain, from.known) = (set, false, Vec::new()),
                 Ok(None) => return bare(&from, End::Passed),
                 Err(fault) => return bare(&from, End::Stopped(fault)),
             }
@@ -661,16 +661,17 @@ impl<'a> Analysis<'a> {
         if !walk.stretch.is_certain {
             landing.jump.claim.violated = None;
         }
+        let target = walk.mode.edges[landing.edge].target;
         self.waiting.push_back(Waiting {
             parent: Some(walk.number),
-            mode: walk.mode.edges[landing.edge].target,
+            mode: target,
             set: landing.set,
             jumps: walk.stretch.jumps + 1,
             cuts: walk.cuts,
             is_certain: landing.is_certain && !landing.is_boxed && walk.stretch.is_certain,
+            known: self.modes[target].borders(&landing.jump.after),
+            sides: landing.jump.after.clone(),
             jump: Some(landing.jump),
-            known: Vec::new(),
-            sides: Vec::new(),
         });
     }
 

@@ -4,7 +4,7 @@ use crate::condition::Comparison;
 use crate::duals::jacobian;
 use crate::fault::Fault;
 use crate::flowpipe::Step;
-use crate::hybrid::{Judgement, Mode, Segment, Taken};
+use crate::hybrid::{Guard, Judgement, Mode, Segment, Taken};
 use crate::interval::{Enclosure, Interval};
 use crate::models::Model;
 use crate::series::{values, IntervalRing, Op, Ring, Tape};
@@ -76,6 +76,9 @@ impl Judge<'_> {
             Look { claim: judged(None, time, false), keeps_window: true, stays: true, lasts: true, watched: None };
         (look.claim.holds, look.claim.fails) = (true, true);
         self.look(self.taken.part, states, depth, &mut look)?;
+        if self.taken.part.1 == 1.0 && !look.claim.holds && !look.claim.fails {
+            self.look_at_the_end(&mut look)?;
+        }
         if self.may_be_over()? {
             (look.claim.met, look.claim.violated) = (None, None);
         }
@@ -158,6 +161,25 @@ impl Judge<'_> {
         seen.add(judged(claim, time, is_certain), window == Some(true), known)
     }
 
+    /// The instant of a crossing, which runs still have: there what crosses is zero.
+    fn look_at_the_end(&self, seen: &mut Look) -> Result<(), Fault> {
+        let Some((_, quantity, _)) = self.taken.until else { return Ok(()) };
+        let end = (1.0, 1.0);
+        let states = self.states(end, &self.wanted(end))?;
+        let Some(mut watched) = self.watched(&states)? else { return Ok(()) };
+        watched[quantity] = Interval::ZERO;
+        let Some(lasts) = self.lasts(end, &states, &watched) else { return Ok(()) };
+        let Some(known) = self.mode.kept(&watched) else { return Ok(()) };
+        let (claim, time) = (self.mode.claim.truth(&known), self.range(states.last().ok_or(Fault::Unknown)?)?);
+        let is_inside = seen.keeps_window && self.mode.window.truth(&known) == Some(true);
+        let is_there = seen.stays && seen.lasts && lasts && self.mode.rest.truth(&known) == Some(true);
+        let is_judged = is_inside && is_there && self.mode.claim.truth(&watched) == claim;
+        let told = judged(claim, time, self.is_certain && is_judged);
+        seen.claim.met = seen.claim.met.or(told.met.filter(|_| is_judged));
+        seen.claim.violated = seen.claim.violated.or(told.violated);
+        Ok(())
+    }
+
     /// Whether all runs in some states are certainly judged: where an assumption fails a run is there, and judged no longer
     /// (LANGUAGE S25). `None` where the domain holds nowhere.
     fn lasts(&self, part: (f64, f64), states: &[Model], watched: &[Interval]) -> Option<bool> {
@@ -207,6 +229,16 @@ impl Judge<'_> {
                 *x = Interval::new(low, high).unwrap_or(*x);
             }
         }
+    }
+}
+
+impl Mode {
+    /// What holds exactly in all of a box where a stretch begins: comparisons of quantities whose range ends at zero.
+    pub(crate) fn borders(&self, sides: &[Interval]) -> Guard {
+        let Ok(ranges) = values(&IntervalRing, &self.watch, sides) else { return Guard::new() };
+        let least = ranges.iter().enumerate().filter(|(_, x)| x.low() == 0.0).map(|(at, _)| (at, Comparison::AtLeast));
+        let most = ranges.iter().enumerate().filter(|(_, x)| x.high() == 0.0).map(|(at, _)| (at, Comparison::AtMost));
+        least.chain(most).collect()
     }
 }
 

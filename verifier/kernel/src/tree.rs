@@ -1,6 +1,5 @@
 //! The tree of stretches from a start, kept so that other claims are judged without following the flow again.
 
-use crate::condition::Comparison;
 use crate::fault::Fault;
 use crate::hybrid::{check, Edge, Guard, Jump, Mode, Segment, Start, Stretch};
 use crate::interval::Interval;
@@ -38,15 +37,19 @@ impl Tree {
 
     fn stretch(&self, s: &Stretch, modes: &[Mode], known: &Guard, is_middle: bool) -> Result<Stretch, Fault> {
         let mode = &modes[s.mode];
+        let landed = s.jump.as_ref().map(|jump| (mode.borders(&jump.after), &jump.after));
+        let (first, sides) = match &landed {
+            Some((borders, after)) => (borders, *after),
+            None if s.parent.is_none() => (known, &self.sides),
+            None => (&Guard::new(), &self.sides),
+        };
         let segment = |(number, g): (usize, &Segment)| -> Result<Segment, Fault> {
             let is_first = number == 0;
-            let is_start = is_first && s.parent.is_none();
-            let none: &[(usize, Comparison)] = &[];
             let judge = Judge {
                 mode,
                 taken: &g.taken,
-                known: if is_start { known } else { none },
-                sides: &self.sides,
+                known: if is_first { first } else { &[] },
+                sides,
                 is_first,
                 is_certain: false,
                 is_middle,

@@ -174,7 +174,7 @@ def _may_be_recorded(question: Question) -> bool:
     model = question.model
     is_told = model.used or model.spec.assumptions or question.claim.assume
     is_plain = model.is_plain and not (
-        is_told or question.asked.endless or any(fields(model, m)[1] for m in model.modes)
+        is_told or question.asked.endless or question.asked.by_premise or any(fields(model, m)[1] for m in model.modes)
     )
     return is_plain and question.asked.kind in RECORDED
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
-from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, closed, condition
+from haverify.analyses.hybrid.conditions import Atom, Condition, Every, Some, closed, condition, members
 from haverify.analyses.hybrid.conserved import Conserved
 from haverify.analyses.hybrid.listing import Judged, landing_condition
 from haverify.analyses.hybrid.model import HybridModel
@@ -40,6 +40,8 @@ class Asked:
     to_the_end: bool = False
     # Whether all instants are asked for; `last` is then how far runs are looked at that may violate it.
     endless: bool = False
+    # Whether the condition itself says up to when: what is claimed later holds because its premise does not.
+    by_premise: bool = False
 
 
 def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
@@ -68,12 +70,28 @@ def asked_of(model: HybridModel, claim: Claim, goal: Goal) -> Asked:
     if not ends and goal.kind != "reach" and goal.window is None and not reads_time(model, goal):
         _fit_for_ends(model, goal, first)
         return Asked(goal.kind, goal.condition, first, LONG, MOST_JUMPS, endless=True)
+    premised = _last_of_premise(model, goal.condition) if goal.kind == "always" and not ends else None
+    if premised is not None and premised >= first:
+        return Asked(goal.kind, goal.condition, first, premised, _budget(model, claim), by_premise=True)
     if not ends:
         raise OutsideFragmentError("a flow without a horizon; add `within T`")
     if min(ends) < first:
         raise OutsideFragmentError("the window holds no instant")
     _fit_for_ends(model, goal, first)
     return Asked(goal.kind, goal.condition, first, min(ends), _budget(model, claim))
+
+
+def _last_of_premise(model: HybridModel, e: Expr) -> Q | None:
+    """The last instant at which the premise of an implication may hold, as a bound of `time` among its conjuncts."""
+    if e.op != "implies":
+        return None
+    bounds = [(c.op, *c.children) for c in members(e.children[0]) if c.op in ("<", "<=", ">", ">=")]
+    sides = [(left, right) if op[0] == "<" else (right, left) for op, left, right in bounds]
+    found = [most for least, most in sides if least.op == "time"]
+    try:
+        return min((model.values.number(bound) for bound in found), default=None)
+    except OutsideFragmentError:
+        return None
 
 
 def _budget(model: HybridModel, claim: Claim) -> int:
