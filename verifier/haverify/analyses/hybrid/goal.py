@@ -85,8 +85,8 @@ def _last_of_premise(model: HybridModel, e: Expr) -> Q | None:
     """The last instant at which the premise of an implication may hold, as a bound of `time` among its conjuncts."""
     if e.op != "implies":
         return None
-    bounds = [(c.op, *c.children) for c in members(e.children[0]) if c.op in ("<", "<=", ">", ">=")]
-    sides = [(left, right) if op[0] == "<" else (right, left) for op, left, right in bounds]
+    bounds = [c for c in members(e.children[0]) if c.op in ("<", "<=", ">", ">=")]
+    sides = [c.children if c.op[0] == "<" else c.children[::-1] for c in bounds]
     found = [most for least, most in sides if least.op == "time"]
     try:
         return min((model.values.number(bound) for bound in found), default=None)
