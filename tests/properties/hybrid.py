@@ -128,12 +128,14 @@ class Simulator:
 
     def _next(self, now: Instant, h: float) -> Instant | None:
         own = [j for j in self.machine.jumps if j.source == now.mode]
-        if self.script is None:
-            for jump in own:
-                if not jump.urgent and self.chance.random() < 0.2 and holds(jump.guard, now.values):
-                    landed = self._made(jump, now)
-                    if landed is not None:
-                        return landed
+        landed = self._by_chance(own, now) if self.script is None else None
+        if landed is not None:
+            return landed
+        wanted = next((j for j in own if self.script and j.name == self.script[0][0] and not j.urgent), None)
+        left = self._left(now) if wanted is not None else h
+        if wanted is not None and left <= NEAR and holds(wanted.guard, now.values, NEAR):
+            return self._made(wanted, now)
+        h = min(h, left) if left > NEAR else h
         if not self._ends(now.mode, self._flown(now, h)):
             return Instant(now.mode, now.jumps, self._flown(now, h))
         low, high = 0.0, h
@@ -154,6 +156,20 @@ class Simulator:
             if landed is not None:
                 return landed
         return None
+
+    def _by_chance(self, own: list[Jump], now: Instant) -> Instant | None:
+        """The landing of an edge that is taken though it might wait."""
+        for jump in own:
+            if not jump.urgent and self.chance.random() < 0.2 and holds(jump.guard, now.values):
+                landed = self._made(jump, now)
+                if landed is not None:
+                    return landed
+        return None
+
+    def _left(self, now: Instant) -> float:
+        """The time to the instant of the wanted edge."""
+        assert self.script, "an edge is wanted"
+        return self.script[0][1] - now.values["time"]
 
     def _ends(self, mode: str, values: Values) -> bool:
         """Whether a state is beyond the stay: outside of the domain, or where an urgent edge is enabled."""

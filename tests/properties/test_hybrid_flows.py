@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import accumulate
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -336,7 +337,8 @@ def _confirmed(machine: Machine, asked: Asked, evidence: Evidence) -> bool:
     assert run is not None
     if any(isinstance(e, tuple) for j in machine.jumps for e in j.resets.values()):
         return True
-    script = [(machine.jumps[step.edge].name, 0.0) for step in run.steps]
+    instants = accumulate(float(step.dwell) for step in run.steps)
+    script = [(machine.jumps[step.edge].name, at) for step, at in zip(run.steps, instants, strict=True)]
     simulator = Simulator(machine, random.Random(1), script=script)
     values = {n: float(q) for n, q in (*run.values, *run.params)}
     seen = [at for at in simulator.run(values, asked.until) if at.jumps <= len(run.steps)]

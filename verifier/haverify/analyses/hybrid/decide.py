@@ -184,7 +184,8 @@ def _by_the_run(question: Question, run: Run) -> Answer:
     kind, shown = question.asked.kind, {"kind": "flow_run", "run": run_json(run)}
     piece = question.shown[0]
     until = question.asked.last if kind == "reach" else sum((s.dwell for s in run.steps), run.last)
-    record = run_record(question, piece.start, piece.box, until) if _may_be_recorded(question) else None
+    is_told = _may_be_recorded(question) and not question.hurried
+    record = run_record(question, piece.start, piece.box, until) if is_told else None
     if kind == "can_reach":
         return Answer(Proved(), "a run reaches it", shown, run, record=record)
     return Answer(Refuted(), "never met" if kind == "reach" else "violated", shown, run, record=record)

@@ -98,6 +98,8 @@ class Question:
     shown: list[Piece] = field(default_factory=list)
     # The numbers chosen for what drives flows, where single runs are followed.
     driven: Chosen = field(default_factory=dict)
+    # Whether the run that decides it takes edges that may wait at their first instant: its record does not say so.
+    hurried: bool = False
     # The trees that all claims share.
     trees: Trees = field(default_factory=Trees)
     # The trees of single starts, by mode and start.

@@ -24,7 +24,10 @@ from haverify.text.record import replace
 Q = Fraction
 
 Point = tuple[Start, tuple[Q, ...]]
+Hurried = frozenset[tuple[int, int]]
 TRUE: Words = [("true", 0)]
+FEW = 3  # starts from which edges are hurried
+MOST_WAITING = 6  # edges that are hurried one by one
 
 
 def admissible(question: Question) -> Point | None:
@@ -43,15 +46,42 @@ def by_a_run(question: Question) -> tuple[Point | None, Run | None]:
     model = question.model
     tried = admissible_points(question)
     open_ones = list(_not_ruled_out(question, tried)) if len(tried) > 1 else tried
-    for chosen in choices(model):
-        modes = listings(model, question.judged, chosen=chosen) if chosen else question.modes
-        driven = replace(question, modes=modes, driven=chosen)
-        for start, point in open_ones:
-            run = _run_from(driven, start, point)
-            if run is not None:
-                question.shown = driven.shown
-                return (start, point), run
+    for hurried in hurries(question.modes):
+        for chosen in choices(model):
+            modes = hasty(listings(model, question.judged, chosen=chosen) if chosen else question.modes, hurried)
+            driven = replace(question, modes=modes, driven=chosen)
+            for start, point in open_ones[:FEW] if hurried else open_ones:
+                run = _run_from(driven, start, point)
+                if run is not None:
+                    question.shown, question.hurried = driven.shown, bool(hurried)
+                    return (start, point), run
     return (tried[0] if tried else None), None
+
+
+def hurries(modes: Sequence[ModeListing]) -> Iterator[Hurried]:
+    """Edges to take as soon as they may be: none that may wait; one of them; all.
+
+    A run that takes an edge at the first instant of a closed guard is a run like any other (LANGUAGE S10).
+    """
+    waiting = [
+        (m, k)
+        for m, (*_, edges) in enumerate(modes)
+        for k, (_, is_urgent, guard, *_) in enumerate(edges)
+        if not is_urgent and guard and all(op in ("<=", ">=", "==") for _, op in guard)
+    ]
+    yield frozenset()
+    if len(waiting) <= MOST_WAITING:
+        yield from (frozenset({edge}) for edge in waiting)
+    if len(waiting) > 1:
+        yield frozenset(waiting)
+
+
+def hasty(modes: Sequence[ModeListing], hurried: Hurried) -> list[ModeListing]:
+    """The automaton where some edges are urgent: its runs are some of those that there are."""
+    return [
+        (*mode[:-1], [(e[0], e[1] or (m, k) in hurried, *e[2:]) for k, e in enumerate(mode[-1])])
+        for m, mode in enumerate(modes)
+    ]
 
 
 def _not_ruled_out(question: Question, tried: Sequence[Point]) -> Iterator[Point]:
