@@ -26,6 +26,8 @@ Q = Fraction
 PIECES = 128  # boxes of starts looked at for one formula, at most
 WORK = 120_000  # stages of all their trees together, each for every atom
 DEEPEST = 16  # how often a box is halved, at most
+TROUBLED = 3  # trees that end for a lack of effort where inputs drive the flow: smaller boxes have hardly smaller ones
+ENDS = ("horizon", "jumped", "cut", "left")
 
 
 @record
@@ -77,6 +79,7 @@ def kept_by_all(question: Question) -> bool:
     reading = reading_of(question)
     waiting = [(s, b, 0) for s in question.model.starts for b in cut(s.box, cuts(question.claim))]
     found: list[Piece] = []
+    troubled, is_driven = 0, any(driven for _, driven, *_ in question.modes)
     while waiting:
         start, box, halved = waiting.pop(0)
         read = reading.read(start, box, halved)
@@ -85,7 +88,8 @@ def kept_by_all(question: Question) -> bool:
         if read.stays.is_kept():
             found.append(read.piece)
             continue
-        if reading.is_over or halved >= DEEPEST or is_point(box):
+        troubled += is_driven and any(s.end not in ENDS for s in read.piece.tree)
+        if reading.is_over or troubled >= TROUBLED or halved >= DEEPEST or is_point(box):
             return False
         waiting += [(start, half, halved + 1) for half in halves(box)[1:]]
     question.shown = found

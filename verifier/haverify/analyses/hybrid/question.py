@@ -265,7 +265,7 @@ def settings_of(question: Question, box: Box, is_finer: bool) -> Settings:
     tolerance = 1e-7 * min(max(size, 1e-6), 1e6)
     is_driven = any(driven for _, driven, *_ in question.modes)
     looks = LOOKS * DRIVEN if is_driven else LOOKS
-    looks *= CLOSER if question.asked.kind == "signal" else 1
+    looks *= CLOSER if question.asked.kind == "signal" and not is_driven else 1
     steps = STEPS_DRIVEN if is_driven and question.model.jumps else STEPS
     settings = Settings(8, degree, tolerance, min(horizon, 0.02), horizon / looks, min(horizon, FAR) * 1e-9, steps, 4)
     settings = tuned(settings, question.claim, wide)
