@@ -16,7 +16,7 @@ from haverify.maths import sturm
 from haverify.maths.polynomial import Polynomial, constant, variable
 from haverify.model.expression import Expr
 from haverify.model.hybrid import Init
-from haverify.obligations.formula import Formula, compare, conjunction, holds, transform
+from haverify.obligations.formula import Formula, compare, conjunction, holds, negation, transform
 from haverify.text.record import field, holder, record
 
 Q = Fraction
@@ -143,8 +143,14 @@ class Motion:
         for k in self.model.leaving[state.mode]:
             opened = self._opened(state, k, view) if self.model.edge(k).urgent else []
             if opened and opened[0].low <= end:  # where no outcome is seen there may be one: not followed further
-                end, ended = opened[0].low, self._leads_on(state, k, opened[0])
+                due = self._due_at(state, k, opened[0], view)
+                end, ended = due, due == opened[0].low and self._leads_on(state, k, opened[0])
         return end, ended
+
+    def _due_at(self, state: State, k: int, opened: Stretch, view: Q) -> Q:
+        """The last rational (s) that is certainly no later than an edge's opening: no dwell goes beyond it."""
+        waiting = stretches(negation(self.along(self.enabled(k), state)), view)
+        return min(waiting[0].high, opened.low) if waiting and waiting[0].low == 0 else opened.low
 
     def due(self, state: State, k: int, view: Q) -> Q | None:
         """The first dwell at which an edge is enabled, or is at all times just after it."""
