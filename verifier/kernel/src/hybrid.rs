@@ -16,7 +16,7 @@ use crate::inputs::Inputs;
 use crate::interval::Interval;
 use crate::models::Model;
 use crate::path::Path;
-use crate::series::{values, Op, Tape};
+use crate::series::{values, Op, Ring, Tape};
 use crate::sets::Set;
 use crate::spreading::Spreading;
 use crate::walk::{all, during, judged, kept, leaves, ranges, Clock, Event, Walk};
@@ -593,7 +593,11 @@ impl<'a> Analysis<'a> {
         if !is_quiet && (open.is_empty() || !walk.is_quiet_before(step, event, &urgent, depth)?) {
             return Ok(None);
         }
-        let set = Set { space: walk.flow.space.clone(), models: states[..walk.mode.field.outputs.len()].to_vec() };
+        let mut set = Set { space: walk.flow.space.clone(), models: states[..walk.mode.field.outputs.len()].to_vec() };
+        // What crosses a number is that number then.
+        if let Some((v, number)) = walk.mode.shifted(event.quantity) {
+            set.models[v] = set.space.constant(number);
+        }
         let mut landings = Vec::new();
         for (edge, is_certain) in walk.enabled(states, event)? {
             landings.extend(self.landing(walk, edge, &set, is_certain)?);

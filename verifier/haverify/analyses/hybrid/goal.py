@@ -217,9 +217,15 @@ def window(model: HybridModel) -> Iterator[Condition]:
     for number, v in enumerate(model.automaton.vars):
         if v.range is None or _keeps_its_range(model, number):
             continue
-        low, high = (Expr("num", (q,)) for q in model.values.interval(v.range))
-        yield Atom(Expr("-", (Expr("var", (v.name,)), low)), ">=")
-        yield Atom(Expr("-", (Expr("var", (v.name,)), high)), "<=")
+        low, high = model.values.interval(v.range)
+        yield Atom(_beyond(v.name, low), ">=")
+        yield Atom(_beyond(v.name, high), "<=")
+
+
+def _beyond(name: str, q: Q) -> Expr:
+    """How far a variable is beyond a number, written as in a comparison with it."""
+    variable = Expr("var", (name,))
+    return Expr("-", (variable, Expr("num", (q,)))) if q else variable
 
 
 def _keeps_its_range(model: HybridModel, number: int) -> bool:
